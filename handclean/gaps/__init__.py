@@ -1,0 +1,1 @@
+"""Gap filling: joint angles through the frames a marker is hidden."""

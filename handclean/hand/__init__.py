@@ -1,0 +1,1 @@
+"""The articulated hand: template, marker sets, and the model the solver moves."""

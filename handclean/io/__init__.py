@@ -1,0 +1,1 @@
+"""Files: the only place with millimetres, degrees and formats."""

@@ -1,0 +1,1 @@
+"""Labelling: which raw point is which marker."""

@@ -1,0 +1,246 @@
+"""A take: marker trajectories, points nobody explains, skeletons, motions, history.
+
+The types mirror the session file (HDF5), part for part, in SI units. Every part may be
+absent. Missing samples are NaN. Nothing here knows a file format.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from handclean.arrays import Bools, Bytes, Floats, Floats32, Ints, Ints32, expect_shape
+from handclean.errors import UnknownNameError
+from handclean.tree import JointTree
+
+
+class Origin(IntEnum):
+    """Where a sample of a trajectory comes from."""
+
+    MISSING = 0
+    MEASURED = 1
+    FILLED = 2
+    REJECTED = 3
+    SMOOTHED = 4  # measured, then smoothed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectories:
+    """Named marker trajectories.
+
+    Attributes
+    ----------
+    positions : (T, M, 3) [m], NaN where missing.
+    labels : M marker names.
+    model : M names of the skeleton each belongs to, or "".
+    origin : (T, M) uint8, see `Origin`.
+    sigma : (T, M) float32 [m], standard deviation of filled samples, or None.
+    confidence : (T, M) float32, 0..1, how sure the label is, or None.
+    source : (T, M) int32, raw column or point of the source, -1 none; or None.
+    residual : (T, M) float32 [m], as the source file had it; or None.
+    cameras : (T, M) uint8 camera mask, as the source file had it; or None.
+    """
+
+    positions: Floats
+    labels: tuple[str, ...]
+    model: tuple[str, ...]
+    origin: Bytes
+    sigma: Floats32 | None = None
+    confidence: Floats32 | None = None
+    source: Ints32 | None = None
+    residual: Floats32 | None = None
+    cameras: Bytes | None = None
+
+    def __post_init__(self) -> None:
+        frames, markers = self.positions.shape[:2]
+        expect_shape("positions", self.positions, "T", "M", 3)
+        expect_shape("labels", np.array(self.labels, dtype=object), markers)
+        expect_shape("model", np.array(self.model, dtype=object), markers)
+        expect_shape("origin", self.origin, frames, markers)
+        for name in ("sigma", "confidence", "source", "residual", "cameras"):
+            array = getattr(self, name)
+            if array is not None:
+                expect_shape(name, array, frames, markers)
+
+    @property
+    def measured(self) -> Bools:
+        """(T, M) samples that come from the cameras (and may have been smoothed)."""
+        return (self.origin == Origin.MEASURED) | (self.origin == Origin.SMOOTHED)
+
+    def index(self, label: str, where: str = "take") -> int:
+        """Column of a marker.
+
+        Raises
+        ------
+        UnknownNameError
+            If no marker has that name.
+        """
+        if label not in self.labels:
+            raise UnknownNameError(where, "marker", label, self.labels)
+        return self.labels.index(label)
+
+
+def trajectories(
+    positions: Floats, labels: tuple[str, ...], **parts: Any
+) -> Trajectories:
+    """Make trajectories whose finite samples count as measured."""
+    seen = np.isfinite(positions).all(axis=2)
+    parts.setdefault("origin", seen.astype(np.uint8))
+    parts.setdefault("model", ("",) * len(labels))
+    return Trajectories(positions=positions, labels=tuple(labels), **parts)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Points:
+    """One row per measured point that no model explains; sorted by frame.
+
+    Attributes
+    ----------
+    frame : (P,) int32, index into the take's frames, from 0.
+    source : (P,) int32, raw column the point came from, -1 none.
+    positions : (P, 3) [m].
+    residual : (P,) float32 [m] or None.
+    cameras : (P,) uint8 camera mask or None.
+    """
+
+    frame: Ints32
+    source: Ints32
+    positions: Floats
+    residual: Floats32 | None = None
+    cameras: Bytes | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.frame)
+        expect_shape("frame", self.frame, count)
+        expect_shape("source", self.source, count)
+        expect_shape("positions", self.positions, count, 3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """How a joint tree moved.
+
+    Attributes
+    ----------
+    names : D names of the hinge angles.
+    angles : (T, D) [rad].
+    translation : (T, 3) [m] root in the laboratory, or None (a glove alone).
+    rotation : (T, 4) unit quaternion w, x, y, z, root to laboratory; or None.
+    angles_sigma : (T, D) [rad] standard deviation, where known.
+    trusted : (T,) bool.
+    residual : (T,) [m] RMS distance over the markers measured in that frame.
+    """
+
+    names: tuple[str, ...]
+    angles: Floats
+    translation: Floats | None = None
+    rotation: Floats | None = None
+    angles_sigma: Floats | None = None
+    trusted: Bools | None = None
+    residual: Floats | None = None
+
+    def __post_init__(self) -> None:
+        frames = len(self.angles)
+        expect_shape("angles", self.angles, frames, len(self.names))
+        if self.translation is not None:
+            expect_shape("translation", self.translation, frames, 3)
+        if self.rotation is not None:
+            expect_shape("rotation", self.rotation, frames, 4)
+
+    @property
+    def poses(self) -> Floats:
+        """(T, 7 + D) pose rows; a motion without a root stands at the origin."""
+        frames = len(self.angles)
+        rows = np.zeros((frames, 7 + len(self.names)))
+        rows[:, 3] = 1.0
+        if self.translation is not None:
+            rows[:, :3] = self.translation
+        if self.rotation is not None:
+            rows[:, 3:7] = self.rotation
+        rows[:, 7:] = self.angles
+        return rows
+
+
+def motion_from_poses(names: tuple[str, ...], poses: Floats, **parts: Any) -> Motion:
+    """Split (T, 7 + D) pose rows into a motion."""
+    return Motion(
+        names=names,
+        translation=poses[:, :3].copy(),
+        rotation=poses[:, 3:7].copy(),
+        angles=poses[:, 7:].copy(),
+        **parts,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Event:
+    """Something that happened in frames ``start`` to ``stop`` (exclusive)."""
+
+    start: int
+    stop: int
+    text: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Analog:
+    """Analog channels carried over from the source.
+
+    Attributes
+    ----------
+    values : (T * samples_per_frame, C) in ``units``.
+    labels, units : C names.
+    rate : [Hz].
+    """
+
+    values: Floats
+    labels: tuple[str, ...]
+    units: tuple[str, ...]
+    rate: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SourceEvent:
+    """An event of the source file: ``time`` in seconds from its first frame."""
+
+    time: float
+    label: str
+    context: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """One take, with everything known about it.
+
+    Attributes
+    ----------
+    rate : [Hz]; frames : T; first_frame : number the source gives its first frame.
+    up_axis : "+y", "+z" ... or "" when unknown.
+    parameters : what else the source carried, as nested plain values and arrays.
+    provenance : one entry (plain JSON values) per step that made this take.
+    """
+
+    rate: float
+    frames: int
+    first_frame: int = 1
+    up_axis: str = ""
+    markers: Trajectories | None = None
+    unlabelled: Points | None = None
+    skeletons: Mapping[str, JointTree] = field(default_factory=dict)
+    motions: Mapping[str, Motion] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    analog: Analog | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    source_events: tuple[SourceEvent, ...] = ()
+    provenance: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def times(self) -> Floats:
+        """(T,) [s] from the first frame."""
+        return np.arange(self.frames) / self.rate
+
+
+def frame_slices(frame: Ints32, frames: int) -> Ints:
+    """(frames + 1,) where each frame's rows begin in a list sorted by frame."""
+    return np.searchsorted(frame, np.arange(frames + 1)).astype(np.int64)

@@ -1,0 +1,1 @@
+"""Takes with known truth: postures, motion, cameras, noise, ghosts."""

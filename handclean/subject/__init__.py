@@ -1,0 +1,1 @@
+"""Calibration of a subject: bone lengths, axes and marker places."""
