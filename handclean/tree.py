@@ -72,7 +72,9 @@ class JointTree:
         expect_shape("limits", self.limits, hinges, 2)
         problem = _problem(self)
         if problem:
-            raise HandcleanError(f"joint tree of '{self.subject or self.kind}': {problem}")
+            raise HandcleanError(
+                f"joint tree of '{self.subject or self.kind}': {problem}"
+            )
 
     @property
     def dofs(self) -> int:
@@ -131,6 +133,12 @@ def _problem(tree: JointTree) -> str:
         return "a bone should come after its parent"
     if np.any((tree.hinge_bone < 1) | (tree.hinge_bone >= size)):
         return "every hinge should turn a bone other than the root"
+    last = np.full(size, -1)
+    for hinge, bone in enumerate(tree.hinge_bone):
+        last[bone] = hinge
+    for hinge, bone in enumerate(tree.hinge_bone):
+        if last[tree.parents[bone]] > hinge:
+            return "hinges should be listed from the root outwards"
     finite = (tree.offsets, tree.axes, tree.limits)
     if not all(np.isfinite(array).all() for array in finite):
         return "offsets, axes and limits should be finite numbers"

@@ -1,0 +1,155 @@
+"""Marker sets: named markers on bones, as TOML, and how they sit on a hand.
+
+Places are side-free, in millimetres in the bone's rest frame on the template hand:
+(towards the thumb's side, along the bone to the fingertip, out of its back). They scale
+with the hand. ``kind = "rigid"`` makes a set of one bone called "root", for objects.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.errors import FileError, UnknownNameError
+from handclean.hand.model import Model
+from handclean.hand.template import bone_places, template
+from handclean.tree import JointTree
+
+SHIPPED = Path(__file__).parents[1] / "data" / "marker_sets"
+
+_KEYS = {"name", "side", "source", "kind", "marker", "forearm", "note"}
+_MARKER_KEYS = {"label", "bone", "at"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkerSet:
+    """M named markers.
+
+    Attributes
+    ----------
+    name, source : what it is called and where its places come from.
+    kind : "hand" or "rigid"; side : "left", "right" or "" (rigid).
+    labels, bones : M names.
+    at : (M, 3) [m] side-free places in the bones' rest frames.
+    """
+
+    name: str
+    source: str
+    kind: str
+    side: str
+    labels: tuple[str, ...]
+    bones: tuple[str, ...]
+    at: Floats
+
+    @property
+    def forearm(self) -> bool:
+        """Whether a marker sits on the forearm, so that the tree needs one."""
+        return "forearm" in self.bones
+
+    def on(self, tree: JointTree) -> Model:
+        """Put the markers on a hand.
+
+        Raises
+        ------
+        UnknownNameError
+            If the tree lacks a bone.
+        """
+        for bone in self.bones:
+            if bone not in tree.bones:
+                where = f"marker set {self.name}"
+                raise UnknownNameError(where, "bone", bone, tree.bones)
+        return Model(
+            tree=tree,
+            labels=self.labels,
+            bone=np.array([tree.bone(bone) for bone in self.bones], dtype=np.int64),
+            at=bone_places(tree, list(self.bones), self.at),
+        )
+
+
+def shipped() -> tuple[str, ...]:
+    """Names of the marker sets that come with handclean."""
+    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+
+
+def load_marker_set(name: str | Path) -> MarkerSet:
+    """Load a marker set by its shipped name or from a TOML file.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is neither a file nor a shipped set of that name.
+    FileError
+        If the file is not a marker set.
+    """
+    path = Path(name)
+    if path.suffix != ".toml":
+        if str(name) not in shipped():
+            raise UnknownNameError("--marker-set", "marker set", str(name), shipped())
+        path = SHIPPED / f"{name}.toml"
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise FileError(path, "no such file", "give a shipped name or a file") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise FileError(path, f"not a marker set: {error}".splitlines()[0]) from None
+    return _from_toml(path, content)
+
+
+def _from_toml(path: Path, content: dict[str, Any]) -> MarkerSet:
+    for key in content:
+        if key not in _KEYS:
+            raise UnknownNameError(path, "key", key, _KEYS)
+    kind = content.get("kind", "hand")
+    if kind not in ("hand", "rigid"):
+        raise FileError(path, f"kind '{kind}'", "kind should be hand or rigid")
+    side = content.get("side", "" if kind == "rigid" else None)
+    if side not in ("left", "right") and not (kind == "rigid" and side == ""):
+        raise FileError(path, f"side is {side!r}", "side should be left or right")
+    rows = content.get("marker", [])
+    if not isinstance(rows, list) or not rows:
+        raise FileError(path, "no [[marker]]", "list at least one marker")
+    default = {"bone": "root"} if kind == "rigid" else {}
+    rows = [_marker(path, number, {**default, **row}) for number, row in _tables(rows)]
+    labels = [row[0] for row in rows]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise FileError(path, f"label '{label}' twice", "labels should be unique")
+    bones = tuple(row[1] for row in rows)
+    if kind == "hand":
+        known = template("left", forearm=True).bones
+        for bone in bones:
+            if bone not in known:
+                raise UnknownNameError(path, "bone", bone, known)
+    return MarkerSet(
+        name=str(content.get("name", path.stem)),
+        source=str(content.get("source", "")),
+        kind=kind,
+        side=side,
+        labels=tuple(labels),
+        bones=bones,
+        at=np.array([row[2] for row in rows]) / 1e3,
+    )
+
+
+def _tables(rows: list[Any]) -> list[tuple[int, dict[str, Any]]]:
+    return [(n, row if isinstance(row, dict) else {}) for n, row in enumerate(rows, 1)]
+
+
+def _marker(path: Path, number: int, row: dict[str, Any]) -> tuple[str, str, Floats]:
+    for key in row:
+        if key not in _MARKER_KEYS:
+            raise UnknownNameError(f"{path} marker {number}", "key", key, _MARKER_KEYS)
+    for key in ("label", "bone"):
+        if not isinstance(row.get(key), str) or not row[key]:
+            raise FileError(path, f"marker {number}: no {key}", f"give {key} = '...'")
+    try:
+        at = np.array(row.get("at"), dtype=float)
+    except (TypeError, ValueError):
+        at = np.zeros(0)
+    if at.shape != (3,) or not np.isfinite(at).all():
+        right = "at should be three numbers in millimetres"
+        raise FileError(path, f"marker {number} ({row['label']}): no place", right)
+    return row["label"], row["bone"], at

@@ -1,0 +1,52 @@
+"""A subject: one hand of one person, with the markers as they were glued on."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.hand.marker_set import MarkerSet
+from handclean.hand.model import Model
+from handclean.hand.template import HAND_BREADTH, HAND_LENGTH, template
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """A hand with markers, and how well it is known.
+
+    Attributes
+    ----------
+    name : whose hand.
+    model : joint tree with markers on its bones.
+    marker_set : name of the set the markers are named after.
+    marker_sigma : (M,) [m] RMS residual of each marker, NaN where unknown.
+    errors : figures of the calibration, by name (metres, radians, counts).
+    calibrated : False for a template that nobody has measured.
+    """
+
+    name: str
+    model: Model
+    marker_set: str
+    marker_sigma: Floats
+    errors: Mapping[str, float] = field(default_factory=dict)
+    calibrated: bool = True
+
+
+def template_subject(
+    marker_set: MarkerSet,
+    side: str = "",
+    length_m: float = HAND_LENGTH,
+    breadth_m: float = HAND_BREADTH,
+) -> Subject:
+    """Return the template hand wearing a marker set, for when nobody was measured."""
+    tree = template(
+        side or marker_set.side, length_m, breadth_m, forearm=marker_set.forearm
+    )
+    return Subject(
+        name="template",
+        model=marker_set.on(tree),
+        marker_set=marker_set.name,
+        marker_sigma=np.full(len(marker_set.labels), np.nan),
+        calibrated=False,
+    )
