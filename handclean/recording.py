@@ -67,7 +67,7 @@ class Trajectories:
     @property
     def measured(self) -> Bools:
         """(T, M) samples that come from the cameras (and may have been smoothed)."""
-        return (self.origin == Origin.MEASURED) | (self.origin == Origin.SMOOTHED)
+        return np.isin(self.origin, (Origin.MEASURED, Origin.SMOOTHED))
 
     def index(self, label: str, where: str = "take") -> int:
         """Column of a marker.

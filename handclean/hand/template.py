@@ -145,8 +145,10 @@ def _left(length: float, breadth: float, forearm: bool, subject: str) -> JointTr
         finger = _THUMB if name == "thumb" else _FINGERS[name]
         frame = bone_frame(name)
         parts = ("cmc", "mcp", "ip") if name == "thumb" else ("mcp", "pip", "dip")
-        segments = ("metacarpal" if name == "thumb" else "proximal",)
-        segments += ("proximal" if name == "thumb" else "middle", "distal")
+        if name == "thumb":
+            segments = ("metacarpal", "proximal", "distal")
+        else:
+            segments = ("proximal", "middle", "distal")
         at = _knuckle(finger, length, breadth)
         for part, segment, size in zip(parts, segments, finger.segments, strict=True):
             bone = len(bones)
