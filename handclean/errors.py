@@ -46,3 +46,7 @@ class UnknownNameError(HandcleanError):
         else:
             hint = "there are none"
         super().__init__(f"{where}: no {kind} is called '{name}'; {hint}")
+
+
+class UnknownSettingError(UsageError, UnknownNameError):
+    """A name in a configuration, a manifest or an option that does not exist."""

@@ -1,0 +1,229 @@
+"""Settings: a field of a dataclass, a key of a TOML table and an option are one thing.
+
+A settings class is a frozen dataclass whose fields are ``Annotated[type, "help"]``,
+``type`` being ``str``, ``int``, ``float``, ``bool`` or a tuple of one of them
+(``tuple[float, ...]`` or ``tuple[float, float]``), each with a default. Limits of a
+value are checked in ``__post_init__``, which raises ``ValueError("max_gap_s should be
+>= 0 s, not -1")``. Settings classes live in modules that import nothing heavy, so that
+``handclean COMMAND --help`` stays instant; for the same reason numpy is not used here.
+"""
+
+import dataclasses
+import json
+import math
+import textwrap
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+
+from handclean.errors import UnknownSettingError, UsageError
+
+S = TypeVar("S")
+
+SCALARS = (str, int, float, bool)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """One setting.
+
+    Attributes
+    ----------
+    name : of the field and of the TOML key; the option is ``--name-with-dashes``.
+    kind : str, int, float or bool; of a tuple, what it holds.
+    count : 1 for a single value, n for a tuple of n, None for a tuple of any length.
+    is_tuple : whether the value is a tuple.
+    help : one sentence.
+    default : value when nothing is given.
+    """
+
+    name: str
+    kind: type
+    count: int | None
+    is_tuple: bool
+    help: str
+    default: Any
+
+    @property
+    def right(self) -> str:
+        """What a value should be, in words."""
+        name = self.kind.__name__
+        if not self.is_tuple:
+            return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+        return (
+            f"a list of {name}s"
+            if self.count is None
+            else (f"a list of {self.count} {name}s")
+        )
+
+
+def settings_of(cls: type) -> tuple[Setting, ...]:
+    """List the settings of a settings class, in the order of its fields.
+
+    Raises
+    ------
+    TypeError
+        If a field is not what a settings class may hold.
+    """
+    assert dataclasses.is_dataclass(cls), cls
+    hints = get_type_hints(cls, include_extras=True)
+    return tuple(
+        _setting(field, hints[field.name]) for field in dataclasses.fields(cls)
+    )
+
+
+def _setting(field: "dataclasses.Field[Any]", hint: Any) -> Setting:
+    if get_origin(hint) is not Annotated or field.default is dataclasses.MISSING:
+        raise TypeError(f"{field.name} should be Annotated[type, 'help'] = default")
+    kind, text = get_args(hint)[:2]
+    parts: tuple[Any, ...] = (kind,)
+    count: int | None = 1
+    if get_origin(kind) is tuple:
+        parts = get_args(kind)
+        count = len(parts)
+        if parts[-1] is Ellipsis:
+            parts, count = parts[:1], None
+    if len(set(parts)) != 1 or parts[0] not in SCALARS:
+        raise TypeError(f"{field.name} should be a plain value or a tuple of one kind")
+    return Setting(
+        name=field.name,
+        kind=parts[0],
+        count=count,
+        is_tuple=get_origin(kind) is tuple,
+        help=text,
+        default=field.default,
+    )
+
+
+def load(path: Path | None, table: str, cls: type[S], /, **given: object) -> S:
+    """Put settings together: defaults, then a table of a file, then options.
+
+    Parameters
+    ----------
+    path : configuration file, or None.
+    table : its table; one that is not there counts as empty.
+    cls : settings class.
+    **given : values given as options; ``None`` and ``()`` mean "not given".
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read, a name is unknown, or a value is of the wrong type
+        or outside its limits.
+    """
+    where = table
+    values: dict[str, Any] = {}
+    if path is not None:
+        part = read(path).get(table)
+        if part is not None:
+            where = f"{path} [{table}]"
+            values.update(_checked(where, part, cls))
+    options = {name: value for name, value in given.items() if value not in (None, ())}
+    values.update(_checked(table, options, cls))
+    return _made(where, cls, values)
+
+
+def check(path: Path, classes: Mapping[str, type]) -> None:
+    """Check every table of a file against the settings classes there are.
+
+    Raises
+    ------
+    UsageError
+        As `load`, and if a table is not one of ``classes``.
+    """
+    for table, part in read(path).items():
+        if table not in classes:
+            raise UnknownSettingError(path, "table", table, classes)
+        where = f"{path} [{table}]"
+        _made(where, classes[table], _checked(where, part, classes[table]))
+
+
+def read(path: Path) -> dict[str, dict[str, Any]]:
+    """Read the tables of a TOML file.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read, is not TOML, or has keys outside any table.
+    """
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise UsageError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+    except UnicodeDecodeError:
+        raise UsageError(f"{path}: is not text; it should be TOML in UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(f"{path}: is not valid TOML: {error}") from None
+    for name, part in document.items():
+        if not isinstance(part, dict):
+            raise UsageError(
+                f"{path}: '{name}' stands outside any table; "
+                "it should follow a line like [fill-gaps]"
+            )
+    return document
+
+
+def to_toml(classes: Mapping[str, type]) -> str:
+    """Write the defaults of settings classes as a commented TOML file."""
+    lines = ["# Every setting with its default."]
+    for table, cls in classes.items():
+        lines += ["", f"[{table}]"]
+        for setting in settings_of(cls):
+            lines += textwrap.wrap(
+                setting.help, 86, initial_indent="# ", subsequent_indent="# "
+            )
+            lines.append(f"{setting.name} = {_toml(setting.default)}")
+    return "\n".join(lines) + "\n"
+
+
+def _made(where: str, cls: type[S], values: Mapping[str, Any]) -> S:
+    try:
+        return cls(**values)
+    except ValueError as error:
+        raise UsageError(f"{where}: {error}") from None
+
+
+def _checked(where: str, given: Mapping[str, Any], cls: type) -> dict[str, Any]:
+    known = {setting.name: setting for setting in settings_of(cls)}
+    for name in given:
+        if name not in known:
+            raise UnknownSettingError(where, "setting", name, known)
+    return {name: _value(where, known[name], value) for name, value in given.items()}
+
+
+def _value(where: str, setting: Setting, value: Any) -> Any:
+    """Return a value as its setting wants it, a list as a tuple, 1 as 1.0."""
+    wrong = UsageError(
+        f"{where}: {setting.name} should be {setting.right}, not {value!r}"
+    )
+    if not setting.is_tuple:
+        if not _is(setting.kind, value):
+            raise wrong
+        return setting.kind(value)
+    if not isinstance(value, list | tuple):
+        raise wrong
+    if setting.count not in (None, len(value)):
+        raise wrong
+    if not all(_is(setting.kind, part) for part in value):
+        raise wrong
+    return tuple(setting.kind(part) for part in value)
+
+
+def _is(kind: type, value: object) -> bool:
+    if isinstance(value, bool):
+        return kind is bool
+    if kind is float:
+        return isinstance(value, int | float) and not math.isnan(value)
+    return isinstance(value, kind)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    return repr(value)
