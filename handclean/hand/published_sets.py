@@ -113,8 +113,14 @@ SETS = (
         "hoyet20",
         "reconstructed: the full set of 20 markers per hand of Hoyet et al. 2012, four "
         "per finger; places are ours",
-        (*_each("TIP"), *_each("PROX"), *_each("MID", _FINGERS[1:]))
-        + (*_each("KNUCKLE", _FINGERS[1:]), "THUMB_HEAD", "THUMB_BASE"),
+        (
+            *_each("TIP"),
+            *_each("PROX"),
+            *_each("MID", _FINGERS[1:]),
+            *_each("KNUCKLE", _FINGERS[1:]),
+            "THUMB_HEAD",
+            "THUMB_BASE",
+        ),
     ),
     PublishedSet(
         "hoyet8",
