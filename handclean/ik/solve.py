@@ -1,0 +1,190 @@
+"""Joint angles from labelled markers: the entry of inverse kinematics."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats, Ints, expect_shape
+from handclean.errors import HandcleanError
+from handclean.hand.model import Model
+from handclean.hand.subject import Subject
+from handclean.ik.frames import solve_frames
+from handclean.ik.prior import PosturePrior
+from handclean.ik.settings import SolveConfig
+from handclean.kernels.gauss_newton import Chain, make_work
+from handclean.recording import Recording, motion_from_poses
+from handclean.tree import POSE_HEAD
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solution:
+    """What inverse kinematics found.
+
+    Attributes
+    ----------
+    poses : (T, 7 + D) pose rows.
+    residual : (T,) [m] RMS over the markers measured in that frame; NaN without any.
+    opened : (T, D) hinges the markers of that frame do not decide.
+    trusted : (T,) whether the root is decided.
+    steps : (T,) Gauss-Newton steps taken.
+    """
+
+    poses: Floats
+    residual: Floats
+    opened: Bools
+    trusted: Bools
+    steps: Ints
+
+
+def chain_of(model: Model) -> Chain:
+    """Return the model as the kernels want it."""
+    return Chain(
+        parent=model.links.parent,
+        offset=model.links.offset,
+        axis=model.links.axis,
+        link=model.link,
+        at=model.link_at,
+        limits=np.ascontiguousarray(model.tree.limits),
+    )
+
+
+def prior_arrays(model: Model, prior: PosturePrior | None) -> tuple[Floats, Floats]:
+    """(D,) mean and (D, K) basis, one sd per column, in the order of the tree's hinges.
+
+    Hinges the prior does not know (a forearm's) have mean 0 and do not follow it.
+    """
+    hinges = model.tree.hinges
+    directions = 0 if prior is None else prior.components.shape[1]
+    mean, basis = np.zeros(len(hinges)), np.zeros((len(hinges), directions))
+    if prior is None:
+        middle = model.tree.limits.mean(axis=1)
+        return 0.3 * middle, basis
+    for row, name in enumerate(hinges):
+        if name in prior.names:
+            known = prior.names.index(name)
+            mean[row] = prior.mean[known]
+            basis[row] = prior.components[known] * prior.deviations
+    return mean, basis
+
+
+def start_postures(model: Model, mean: Floats) -> Floats:
+    """(S, D) [rad] the mean posture, the flat hand, a half and a fully closed fist."""
+    limits = model.tree.limits
+    flexes = np.array(["flexion" in name for name in model.tree.hinges])
+    fists = [np.where(flexes, share * limits[:, 1], 0.0) for share in (0.35, 0.75)]
+    starts = np.array([mean, np.zeros_like(mean), *fists])
+    return np.clip(starts, limits[:, 0], limits[:, 1])
+
+
+def solve_markers(
+    model: Model,
+    positions: Floats,
+    *,
+    weights: Floats | None = None,
+    prior: PosturePrior | None = None,
+    settings: SolveConfig | None = None,
+) -> Solution:
+    """Fit a model to its markers, frame by frame.
+
+    Parameters
+    ----------
+    model : the hand with its M markers.
+    positions : (T, M, 3) [m] in the order of ``model.labels``, NaN where missing.
+    weights : (M,) not negative, 1 when not given.
+    prior : posture subspace for what markers leave open; none is standard IK.
+
+    Raises
+    ------
+    ShapeError
+        If the arrays do not fit the model.
+    """
+    settings = settings or SolveConfig()
+    frames, markers = len(positions), len(model.labels)
+    expect_shape("positions", positions, frames, markers, 3)
+    weights = np.ones(markers) if weights is None else weights
+    expect_shape("weights", weights, markers)
+    mean, basis = prior_arrays(model, prior)
+    hinges = len(mean)
+    poses = np.zeros((frames, POSE_HEAD + hinges))
+    residual, steps = np.full(frames, np.nan), np.zeros(frames, dtype=np.int64)
+    opened, trusted = np.ones((frames, hinges), dtype=bool), np.zeros(frames, bool)
+    solve_frames(
+        np.ascontiguousarray(positions, dtype=np.float64),
+        np.ascontiguousarray(weights, dtype=np.float64),
+        chain_of(model),
+        make_work(hinges, markers, basis.shape[1]),
+        mean,
+        basis,
+        start_postures(model, mean),
+        (settings.damping, settings.enough_m, settings.prior_m),
+        settings.lever_m,
+        settings.restart_m,
+        settings.iterations,
+        poses,
+        residual,
+        opened,
+        trusted,
+        steps,
+    )
+    return Solution(
+        poses=poses, residual=residual, opened=opened, trusted=trusted, steps=steps
+    )
+
+
+def markers_of(
+    recording: Recording, model: Model, *, measured_only: bool = True
+) -> Floats:
+    """(T, M, 3) [m] the take's samples of the model's markers, NaN where missing.
+
+    Raises
+    ------
+    HandcleanError
+        If the take has no labelled markers, or none of the model's.
+    """
+    found = recording.markers
+    if found is None or not any(label in model.labels for label in found.labels):
+        has = ", ".join(found.labels[:6]) if found is not None else ""
+        raise HandcleanError(
+            f"take: none of the subject's markers ({', '.join(model.labels[:4])}, ...) "
+            f"are in it; it has {has or 'no labelled markers'}"
+        )
+    out = np.full((recording.frames, len(model.labels), 3), np.nan)
+    for column, label in enumerate(model.labels):
+        if label in found.labels:
+            at = found.labels.index(label)
+            seen = found.measured[:, at] if measured_only else found.origin[:, at] > 0
+            out[seen, column] = found.positions[seen, at]
+    return out
+
+
+def solve(
+    recording: Recording,
+    subject: Subject,
+    *,
+    name: str = "",
+    prior: PosturePrior | None = None,
+    settings: SolveConfig | None = None,
+) -> Recording:
+    """Add the joint angles of one hand to a labelled take.
+
+    Residuals, and the fit itself, count measured markers only.
+
+    Parameters
+    ----------
+    name : of the skeleton and motion; the hand's side when not given.
+    """
+    model = subject.model
+    positions = markers_of(recording, model)
+    solution = solve_markers(model, positions, prior=prior, settings=settings)
+    name = name or model.tree.side or model.tree.kind
+    motion = motion_from_poses(
+        model.tree.hinges,
+        solution.poses,
+        residual=solution.residual,
+        trusted=solution.trusted,
+    )
+    return replace(
+        recording,
+        skeletons={**recording.skeletons, name: model.tree},
+        motions={**recording.motions, name: motion},
+    )
