@@ -1,0 +1,153 @@
+"""Qualisys TSV: key lines, marker names, then one tab-separated row per frame.
+
+Lengths are in millimetres by definition of the format. A missing sample is blank or,
+from older versions, (0, 0, 0). A trajectory is Measured, Gap-filled, Virtual or Mixed;
+what is filled does not count as measured, but a Mixed one does not say which of its
+samples are filled: they all count as measured, and a trap says so.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from handclean.arrays import Bytes, Floats
+from handclean.errors import FileError
+from handclean.io.grid import Lines, read_numbers
+from handclean.io.reading import (
+    Reading,
+    check_labels,
+    finite,
+    in_metres,
+    load_text,
+    place_rows,
+    positive,
+    settle_rate,
+    settle_unit,
+    sort_out,
+    text,
+)
+from handclean.recording import Event, Origin, Recording
+
+_MADE = {"gap-filled", "virtual"}
+
+
+def read_tsv(
+    path: Path,
+    *,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    lenient: bool = False,
+) -> Reading:
+    """Read a Qualisys TSV file of 3D trajectories.
+
+    Parameters
+    ----------
+    rate_hz, unit : options that must agree with the file.
+    lenient : leave out a last row that was cut off.
+
+    Raises
+    ------
+    FileError
+        If it is not such a file.
+    UsageError
+        If an option contradicts it.
+    """
+    lines = Lines(path, load_text(path))
+    traps: list[str] = []
+    keys, events = _header(path, lines)
+    rate = settle_rate(
+        path, positive(path, "FREQUENCY", _one(keys, "FREQUENCY")), rate_hz
+    )
+    length = settle_unit(path, "mm", unit)
+    labels = keys["MARKER_NAMES"]
+    while labels and not labels[-1]:
+        labels.pop()
+    check_labels(path, labels)
+    lead = _lead_columns(lines, len(labels))
+    grid = read_numbers(lines, lead + 3 * len(labels), b"\t", traps, lenient=lenient)
+    for key, count in (("NO_OF_FRAMES", len(grid)), ("NO_OF_MARKERS", len(labels))):
+        if _one(keys, key) not in ("", str(count)):
+            traps.append(f"{key} says {_one(keys, key)}, there are {count}")
+    numbers = grid[:, 0] if lead else np.arange(1.0, len(grid) + 1)
+    first, values = place_rows(path, numbers, grid[:, lead:], traps)
+    positions = in_metres(values, length).reshape(len(values), -1, 3)
+    _zeros_are_missing(positions, traps)
+    origin = _origin(positions, labels, keys.get("TRAJECTORY_TYPES", []), traps)
+    markers, points = sort_out(positions, labels, origin)
+    recording = Recording(
+        rate=rate,
+        frames=len(values),
+        first_frame=first,
+        markers=markers,
+        unlabelled=points,
+        events=tuple(
+            Event(start=frame - first, stop=frame - first + 1, text=name)
+            for name, frame in events
+            if 0 <= frame - first < len(values)
+        ),
+    )
+    return Reading(recording=recording, unit=length, traps=tuple(traps))
+
+
+def _header(
+    path: Path, lines: Lines
+) -> tuple[dict[str, list[str]], list[tuple[str, int]]]:
+    """Read the key lines, up to the first one that is none; and the events."""
+    keys: dict[str, list[str]] = {}
+    events: list[tuple[str, int]] = []
+    while (line := lines.peek()) is not None:
+        key = text(path, line.split(b"\t", 1)[0]).strip()
+        if line.strip() and not (key.isupper() and key.replace("_", "").isalnum()):
+            break
+        cells = [text(path, cell) for cell in lines.cells(b"\t")]
+        if key == "EVENT" and len(cells) > 2 and re.fullmatch(r"[0-9]{1,9}", cells[2]):
+            events.append((cells[1], int(cells[2])))
+        elif key:
+            keys[key] = cells[1:]
+    for key in ("FREQUENCY", "MARKER_NAMES"):
+        if key not in keys:
+            right = "a Qualisys TSV file of trajectories has one"
+            raise FileError(path, f"its header has no {key}", right)
+    return keys, events
+
+
+def _one(keys: dict[str, list[str]], key: str) -> str:
+    return next(iter(keys.get(key, [])), "")
+
+
+def _lead_columns(lines: Lines, markers: int) -> int:
+    """Count the columns before the first marker; a line of column names is read."""
+    line = lines.peek()
+    if line is None:
+        raise FileError(lines.path, "has no frames")
+    cells = [cell.strip() for cell in line.split(b"\t", 2)]
+    if cells[:2] == [b"Frame", b"Time"]:
+        lines.next()
+        return 2
+    if cells[0].endswith(b" X"):
+        lines.next()
+        return 0
+    return 2 if line.count(b"\t") > 3 * markers else 0
+
+
+def _zeros_are_missing(positions: Floats, traps: list[str]) -> None:
+    zero = (positions == 0).all(axis=2)
+    if zero.any():
+        positions[zero] = np.nan
+        traps.append(f"{zero.sum()} samples at (0, 0, 0) count as missing")
+
+
+def _origin(
+    positions: Floats, labels: list[str], types: list[str], traps: list[str]
+) -> Bytes:
+    """(T, M) where samples come from, as far as the trajectory types say."""
+    seen = finite(positions)
+    origin = np.where(seen, np.uint8(Origin.MEASURED), np.uint8(Origin.MISSING))
+    for column, (label, kind) in enumerate(zip(labels, types, strict=False)):
+        if kind.lower() in _MADE:
+            origin[seen[:, column], column] = Origin.FILLED
+            traps.append(f"{label} is {kind}: its samples count as filled")
+        elif kind.lower() == "mixed":
+            traps.append(f"{label} is Mixed: which samples are filled is not said")
+    return origin

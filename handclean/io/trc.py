@@ -1,0 +1,179 @@
+"""TRC: marker trajectories as text, of Motion Analysis and OpenSim.
+
+Six header lines: file type; keys; values; marker names, each above three columns;
+X1 Y1 Z1 X2 ...; blank. Then one row per frame: number, time, coordinates, blank where
+missing. Reading takes what programs write (coordinate names counted from 0, tabs at
+line ends, frame counts that are wrong); writing is what OpenSim's reader insists on.
+A TRC file cannot tell a filled sample from a measured one.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.errors import FileError
+from handclean.io.grid import Lines, read_numbers
+from handclean.io.reading import (
+    Reading,
+    check_labels,
+    in_metres,
+    load_text,
+    place_rows,
+    positive,
+    settle_rate,
+    settle_unit,
+    sort_out,
+    text,
+)
+from handclean.io.writing import Columns, columns_of, rows, write_lines
+from handclean.recording import Origin, Recording
+
+_KEYS = (
+    "DataRate",
+    "CameraRate",
+    "NumFrames",
+    "NumMarkers",
+    "Units",
+    "OrigDataRate",
+    "OrigDataStartFrame",
+    "OrigNumFrames",
+)
+
+
+def read_trc(
+    path: Path,
+    *,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    lenient: bool = False,
+) -> Reading:
+    """Read a TRC file.
+
+    Parameters
+    ----------
+    rate_hz, unit : options that must agree with the file.
+    lenient : leave out a last row that was cut off.
+
+    Raises
+    ------
+    FileError
+        If it is not a TRC file.
+    UsageError
+        If an option contradicts it.
+    """
+    lines = Lines(path, load_text(path))
+    traps: list[str] = []
+    stated = _header(path, lines)
+    rate = settle_rate(path, positive(path, "DataRate", stated["DataRate"]), rate_hz)
+    length = settle_unit(path, stated["Units"], unit)
+    labels = _labels(path, lines, stated, traps)
+    columns = 2 + 3 * len(labels)
+    grid = read_numbers(lines, columns, b"\t", traps, lenient=lenient)
+    _check_count(stated["NumFrames"], len(grid), traps)
+    _check_times(grid[:, 1], grid[:, 0], rate, traps)
+    first, values = place_rows(path, grid[:, 0], grid[:, 2:], traps)
+    positions = in_metres(values, length).reshape(len(values), -1, 3)
+    markers, points = sort_out(positions, labels)
+    recording = Recording(
+        rate=rate,
+        frames=len(values),
+        first_frame=first,
+        markers=markers,
+        unlabelled=points,
+    )
+    return Reading(recording=recording, unit=length, traps=tuple(traps))
+
+
+def _header(path: Path, lines: Lines) -> dict[str, str]:
+    """Read the keys and values of the first three lines."""
+    kind = lines.cells(None)
+    if not kind or kind[0] != b"PathFileType":
+        right = "a TRC file begins with 'PathFileType'"
+        raise FileError(path, "is not a TRC file", right)
+    keys = [text(path, cell) for cell in lines.cells(b"\t") if cell]
+    values = [text(path, cell) for cell in lines.cells(b"\t") if cell]
+    stated = dict(zip(keys, values, strict=False))
+    for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
+        if key not in stated:
+            raise FileError(path, f"its header has no {key}")
+    return stated
+
+
+def _labels(
+    path: Path, lines: Lines, stated: dict[str, str], traps: list[str]
+) -> list[str]:
+    """Read the marker names and the line of coordinate names below them."""
+    cells = lines.cells(b"\t")
+    labels = [text(path, cell) for cell in cells[2::3]]
+    while labels and not labels[-1]:
+        labels.pop()
+    if len(cells) < 2 or not cells[0].lower().startswith(b"frame"):
+        raise FileError(lines.where, "should begin with 'Frame#' and 'Time'")
+    if any(cells[3::3]) or any(cells[4::3]):
+        raise FileError(lines.where, "a marker's name should stand above its X only")
+    check_labels(path, labels)
+    if stated["NumMarkers"] != str(len(labels)):
+        claim = stated["NumMarkers"]
+        traps.append(f"NumMarkers says {claim}, {len(labels)} markers are named")
+    under = lines.peek()
+    if under is not None and under.strip()[:1] in (b"X", b"x"):
+        if b"X0" in under.split(None, 1)[:1]:
+            traps.append("coordinates are counted from X0 instead of X1")
+        lines.next()
+    return labels
+
+
+def _check_count(claim: str, rows: int, traps: list[str]) -> None:
+    if claim != str(rows):
+        traps.append(f"NumFrames says {claim}, there are {rows} rows")
+
+
+def _check_times(times: Floats, numbers: Floats, rate: float, traps: list[str]) -> None:
+    """Report a time column that does not run at the stated rate."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        expected = (numbers - numbers[0]) / rate
+        late = np.abs(times - times[0] - expected)
+    if not np.all(late <= 0.5 / rate):
+        traps.append(f"the Time column does not run at DataRate, {rate:g} Hz")
+
+
+def write_trc(path: Path, recording: Recording) -> tuple[str, ...]:
+    """Write the markers as TRC in millimetres; missing samples are blank cells.
+
+    Returns
+    -------
+    what the format cannot hold, one line each
+
+    Raises
+    ------
+    FileError
+        If there are no markers, or a name cannot stand in a TRC file.
+    """
+    columns = columns_of(path, recording)
+    for label in columns.labels:
+        if set(label) & {"\t", "\n", "\r"} or not label.strip():
+            raise FileError(path, f"TRC cannot hold a marker called {label!r}")
+    write_lines(path, _lines(recording, columns))
+    filled = np.count_nonzero(columns.origin == Origin.FILLED)
+    if not filled:
+        return columns.notes
+    return (*columns.notes, f"{filled} filled samples are not marked: TRC cannot")
+
+
+def _lines(recording: Recording, columns: Columns) -> Iterator[str]:
+    frames, first = recording.frames, recording.first_frame
+    rate, markers = f"{recording.rate:.10g}", len(columns.labels)
+    values = (rate, rate, frames, markers, "mm", rate, first, frames)
+    axes = [f"{axis}{m}" for m in range(1, markers + 1) for axis in "XYZ"]
+    yield "PathFileType\t4\t(X/Y/Z)\thandclean.trc"
+    yield "\t".join(_KEYS)
+    yield "\t".join(map(str, values))
+    yield "Frame#\tTime\t" + "\t\t\t".join(columns.labels) + "\t\t"
+    yield "\t\t" + "\t".join(axes)
+    yield ""
+    numbers = first + np.arange(frames)
+    millimetres = 1e3 * columns.positions.reshape(frames, -1)
+    table = np.column_stack([numbers, recording.times, millimetres])
+    yield from rows(table, [0, 6] + [6] * (3 * markers), "\t")
