@@ -1,11 +1,12 @@
 """Frame-by-frame inverse kinematics of a whole take, compiled.
 
 Each frame starts where the last update points to (Maycock 2015 section III-B). Where
-the markers leave a finger open, the layered scheme of Schroeder 2016 section 3.2 comes
-first: alpha in the posture subspace, then the full posture from there. Where they decide
-everything, both end in the same optimum, and the layer is left out. While refining, open
-fingers are held to the subspace's posture (without a prior: to the last frame's) with
-the weight that prior keeps, so that noise cannot drive joints nobody sees.
+the markers leave a finger open, the layered scheme of Schroeder 2016 section 3.2
+comes first: alpha in the posture subspace, then the full posture from there. Where
+they decide everything, both end in the same optimum, and the layer is left out. While
+refining, open fingers are held to the subspace's posture (without a prior: to the last
+frame's) with the weight that prior keeps, so that noise cannot drive joints nobody
+sees.
 """
 
 import math
@@ -27,6 +28,10 @@ from handclean.kernels.gauss_newton import (
 
 LOOSE = 0.2
 """[rad] how far a joint strays, one sd, from what the subspace says."""
+
+
+EAGER = 0.3
+"""Share of the last update in the velocity; the whole of it would carry its noise."""
 
 
 @jit
@@ -91,9 +96,11 @@ def settle(
 
 
 @jit
-def rms(pose: Floats, target: Floats, weight: Floats, tree: Chain, k: Work) -> float:
-    """[m] root mean square distance over the markers that are there, unweighted."""
-    misfit(pose, target, weight, tree, k)
+def rms(weight: Floats, k: Work) -> float:
+    """[m] root mean square of the errors `solve_full` left, each marker counting once.
+
+    Markers of weight 0 are not there.
+    """
     total, count = 0.0, 0
     for m in range(weight.shape[0]):
         if weight[m] > 0.0:
@@ -131,7 +138,7 @@ def start_afresh(
     -------
     [m] RMS of ``pose`` afterwards.
     """
-    attempt, still = np.zeros(pose.shape[0]), np.zeros(weight.shape[0])
+    attempt = np.zeros(pose.shape[0])
     for s in range(starts.shape[0]):
         attempt[:] = 0.0
         attempt[3] = 1.0
@@ -145,11 +152,10 @@ def start_afresh(
             attempt, target, weight, tree, k, mean, basis, is_open, level, rest,
             anchor, numbers, 40,
         )  # fmt: skip
-        found = rms(attempt, target, weight, tree, k)
+        found = rms(weight, k)
         if found < best:
             best = found
             pose[:] = attempt
-    still[:] = 0.0
     return best
 
 
@@ -225,7 +231,7 @@ def solve_frames(
                 pose, targets[t], here, tree, k, mean, basis, is_open, level, rest,
                 anchor, numbers, iterations,
             )  # fmt: skip
-            residual[t] = rms(pose, targets[t], here, tree, k)
+            residual[t] = rms(here, k)
             if residual[t] > 2.0 * usual + restart_m:
                 residual[t] = start_afresh(
                     pose, starts, targets[t], here, tree, k, mean, basis, is_open,
@@ -237,7 +243,7 @@ def solve_frames(
                 last[:] = pose
             usual += 0.05 * (min(residual[t], 2.0 * usual + restart_m) - usual)
             for n in range(size):
-                velocity[n] = pose[n] - last[n]
+                velocity[n] += EAGER * (pose[n] - last[n] - velocity[n])
         poses[t] = pose
         opened[t] = is_open
         trusted[t] = count >= 3 and level < 2

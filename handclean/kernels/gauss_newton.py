@@ -9,9 +9,10 @@ eq. 2; the entries of D are squared weights, since the printed objective's D^T D
 the printed system's D do not agree).
 
 **The normal matrix is an inertia.** J^T W J is the joint-space inertia matrix of point
-masses w_m at the markers, so it is computed as robotics computes that one (Featherstone,
-Rigid Body Dynamics Algorithms, 2008, ch. 6, composite rigid bodies). Each link carries
-the mass, first and second moment of its own markers and of all links beyond it::
+masses w_m at the markers, so it is computed as robotics computes that one
+(Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6, composite rigid bodies).
+Each link carries the mass, first and second moment of its own markers and of all links
+beyond it::
 
     mass = sum w      c = sum w p      A = sum w p p^T
 
@@ -396,7 +397,7 @@ def solve_full(
 
     Returns
     -------
-    The minimised cost and the number of steps.
+    The minimised cost and the number of steps; ``k.error`` holds the errors.
     """
     total = 0.0
     for m in range(weight.shape[0]):
@@ -435,6 +436,7 @@ def solve_full(
                 break
             scale *= 0.5
             if scale < 0.02:
+                misfit(pose, target, weight, tree, k)
                 return cost, count + 1
         for n in range(pose.shape[0]):
             pose[n] = k.trial[n]
@@ -456,7 +458,7 @@ def posture(mean: Floats, basis: Floats, limits: Floats, alpha: Floats, out: Flo
 
 @jit
 def project(mean: Floats, basis: Floats, angles: Floats, k: Work) -> None:
-    """Write the alpha of the posture nearest to ``angles`` (basis columns orthogonal)."""
+    """Write the alpha of the posture nearest to ``angles``; columns are orthogonal."""
     for a in range(basis.shape[1]):
         along, size = 0.0, 0.0
         for d in range(basis.shape[0]):

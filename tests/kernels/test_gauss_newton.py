@@ -1,0 +1,149 @@
+"""The solver's parts against dense matrices, and its optimum against scipy's."""
+
+import numpy as np
+import pytest
+from oracles import random_pose, random_tree
+from scipy.optimize import least_squares
+
+from handclean.hand import model as hand_model
+from handclean.hand.model import Model
+from handclean.ik.solve import chain_of
+from handclean.kernels import gauss_newton as gn
+
+
+def random_model(rng, bones=8, markers=20):
+    tree = random_tree(rng, bones)
+    return Model(
+        tree=tree,
+        labels=tuple(f"m{m}" for m in range(markers)),
+        bone=rng.integers(0, bones, markers),
+        at=rng.normal(scale=0.02, size=(markers, 3)),
+    )
+
+
+@pytest.fixture(params=[1, 4, 12])
+def problem(request, rng):
+    """A model, a pose, targets near it, weights with zeros, and the dense system."""
+    model = random_model(rng, request.param)
+    pose = random_pose(rng, model.tree)
+    target = hand_model.marker_positions(model, pose[None])[0]
+    target += rng.normal(scale=0.01, size=target.shape)
+    weight = rng.random(len(target)) + 0.2
+    weight[3] = 0.0
+    target[3] = np.nan
+    jacobian = hand_model.jacobian(model, pose)
+    error = target - hand_model.marker_positions(model, pose[None])[0]
+    error[3] = 0.0
+    normal = np.einsum("mid,m,mie->de", jacobian, weight, jacobian)
+    right = np.einsum("mid,m,mi->d", jacobian, weight, error)
+    cost = (weight[:, None] * error**2).sum()
+    return model, pose, target, weight, normal, right, cost
+
+
+def prepared(model, pose, target, weight):
+    work = gn.make_work(len(model.tree.hinges), len(target), 0)
+    tree = chain_of(model)
+    cost = gn.misfit(pose, target, weight, tree, work)
+    gn.pull(weight, tree, work)
+    gn.inertia(weight, tree, work)
+    return cost, tree, work
+
+
+def test_cost_and_right_hand_side_are_those_of_the_jacobian(problem):
+    model, pose, target, weight, _, right, want = problem
+    cost, _, work = prepared(model, pose, target, weight)
+    np.testing.assert_allclose(cost, want, rtol=1e-12)
+    np.testing.assert_allclose(work.gradient, right, atol=1e-12)
+
+
+def test_normal_matrix_is_the_jacobians_and_empty_between_branches(problem):
+    model, pose, target, weight, normal, _, _ = problem
+    _, _, work = prepared(model, pose, target, weight)
+    got = np.tril(work.normal)
+    np.testing.assert_allclose(got, np.tril(normal), atol=1e-12)
+
+
+def test_step_solves_the_dense_system(problem):
+    model, pose, target, weight, normal, right, _ = problem
+    _, tree, work = prepared(model, pose, target, weight)
+    damping = 1e-4
+    for n in range(len(right)):
+        work.normal[n, n] += damping
+    gn.factorise(tree, work)
+    promise = gn.substitute(tree, work)
+    want = np.linalg.solve(normal + damping * np.eye(len(right)), right)
+    np.testing.assert_allclose(work.step, want, rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(promise, want @ right, rtol=1e-8)
+
+
+def test_result_is_the_optimum_a_general_solver_finds(rng):
+    for _ in range(5):
+        model = random_model(rng, 6, 24)
+        truth = random_pose(rng, model.tree)
+        target = hand_model.marker_positions(model, truth[None])[0]
+        target += rng.normal(scale=0.001, size=target.shape)
+        start = hand_model.moved(truth, rng.normal(scale=0.05, size=len(truth) - 1))
+
+        def residual(step, model=model, start=start, target=target):
+            pose = hand_model.moved(start, step)
+            return (target - hand_model.marker_positions(model, pose[None])[0]).ravel()
+
+        best = least_squares(
+            residual, np.zeros(len(truth) - 1), xtol=1e-14, ftol=1e-14, gtol=1e-14
+        )
+        work = gn.make_work(len(model.tree.hinges), len(target), 0)
+        zeros = np.zeros(len(model.tree.hinges))
+        cost, _ = gn.solve_full(
+            start, target, np.ones(len(target)), chain_of(model), work,
+            zeros, zeros, 1e-12, 50, 1e-9,
+        )  # fmt: skip
+        assert np.sqrt(cost) <= 1.01 * np.sqrt(2 * best.cost) + 1e-9
+
+
+def test_angles_stay_within_limits_and_a_held_joint_is_the_best_there(rng):
+    model = random_model(rng, 3, 12)
+    while len(model.tree.hinges) == 0:
+        model = random_model(rng, 3, 12)
+    pose = random_pose(rng, model.tree)
+    pose[7:] = 2.5  # [rad] beyond the limits of 2.0
+    target = hand_model.marker_positions(model, pose[None])[0]
+    pose[7:] = 1.9
+    work = gn.make_work(len(model.tree.hinges), len(target), 0)
+    zeros = np.zeros(len(model.tree.hinges))
+    gn.solve_full(
+        pose, target, np.ones(len(target)), chain_of(model), work,
+        zeros, zeros, 1e-9, 60, 1e-9,
+    )  # fmt: skip
+    assert (pose[7:] <= 2.0).all()
+    assert (pose[7:] >= -2.0).all()
+    assert (pose[7:] > 1.9).any()
+
+
+def test_subspace_gradient_is_that_of_the_chain_rule(problem, rng):
+    model, pose, target, weight, normal, right, _ = problem
+    hinges, directions = len(model.tree.hinges), 2
+    basis = rng.normal(size=(hinges, directions))
+    work = gn.make_work(hinges, len(target), directions)
+    tree = chain_of(model)
+    gn.misfit(pose, target, weight, tree, work)
+    gn.pull(weight, tree, work)
+    gn.inertia(weight, tree, work)
+    work.alpha[:] = [0.3, -0.2]
+    gn.reduce_to_subspace(basis, 0.0, 1e-3, work)
+    mapping = np.zeros((6 + hinges, 6 + directions))
+    mapping[:6, :6] = np.eye(6)
+    mapping[6:, 6:] = basis
+    want = mapping.T @ normal @ mapping
+    want[6:, 6:] += 1e-3 * np.eye(directions)
+    pull = mapping.T @ right
+    pull[6:] -= 1e-3 * work.alpha
+    np.testing.assert_allclose(np.tril(work.dense), np.tril(want), atol=1e-12)
+    np.testing.assert_allclose(work.reduced, pull, atol=1e-12)
+
+
+def test_dense_solver_agrees_with_numpys(rng):
+    half = rng.normal(size=(7, 7))
+    a, b = half @ half.T + np.eye(7), rng.normal(size=7)
+    want = np.linalg.solve(a, b)
+    gn.solve_dense(a, b)
+    np.testing.assert_allclose(b, want, rtol=1e-9)
