@@ -57,7 +57,7 @@ def prior_arrays(model: Model, prior: PosturePrior | None) -> tuple[Floats, Floa
     directions = 0 if prior is None else prior.components.shape[1]
     mean, basis = np.zeros(len(hinges)), np.zeros((len(hinges), directions))
     if prior is None:
-        middle = model.tree.limits.mean(axis=1)
+        middle: Floats = model.tree.limits.mean(axis=1)
         return 0.3 * middle, basis
     for row, name in enumerate(hinges):
         if name in prior.names:
@@ -73,7 +73,8 @@ def start_postures(model: Model, mean: Floats) -> Floats:
     flexes = np.array(["flexion" in name for name in model.tree.hinges])
     fists = [np.where(flexes, share * limits[:, 1], 0.0) for share in (0.35, 0.75)]
     starts = np.array([mean, np.zeros_like(mean), *fists])
-    return np.clip(starts, limits[:, 0], limits[:, 1])
+    clipped: Floats = np.clip(starts, limits[:, 0], limits[:, 1])
+    return clipped
 
 
 def solve_markers(

@@ -14,7 +14,7 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -29,7 +29,13 @@ def _cache_directory() -> str:
     return str(Path(home) / "handclean" / digest.hexdigest()[:16])
 
 
-if not numba.config.CACHE_DIR:
-    numba.config.CACHE_DIR = _cache_directory()
+if not getattr(numba.config, "CACHE_DIR", ""):
+    setattr(numba.config, "CACHE_DIR", _cache_directory())  # noqa: B010
 
-jit: Callable[..., Any] = numba.njit(cache=True, error_model="numpy")
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def jit(function: _Function) -> _Function:
+    """Compile a kernel on its first call, or load it from the cache."""
+    compiled = numba.njit(function, cache=True, error_model="numpy")
+    return cast(_Function, compiled)

@@ -447,7 +447,9 @@ def solve_full(
 
 
 @jit
-def posture(mean: Floats, basis: Floats, limits: Floats, alpha: Floats, out: Floats):
+def posture(
+    mean: Floats, basis: Floats, limits: Floats, alpha: Floats, out: Floats
+) -> None:
     """Write angles = mean + basis alpha, clipped at the limits, to ``out`` (D,)."""
     for d in range(out.shape[0]):
         q = mean[d]
