@@ -1,0 +1,140 @@
+"""The command ``handclean``: find the command, run it, turn errors into one line.
+
+Commands are imported when they are called, so that ``handclean --help`` is instant.
+"""
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
+
+import click
+from click.exceptions import ClickException, Exit, NoArgsIsHelpError, UsageError
+
+from handclean import __version__
+from handclean.errors import HandcleanError
+from handclean.pipeline import interrupts
+from handclean.pipeline.interrupts import Interrupted
+
+COMMANDS = {
+    "convert": "Convert takes from any format into any other.",
+    "inspect": "Say what is in a file and what is odd about it.",
+    "warm": "Compile and cache the kernels, once per installation.",
+}
+"""Commands with their first line of help; "group name" is a command of a group."""
+
+GROUPS: dict[str, str] = {}
+"""Groups of commands with their help."""
+
+THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """List the commands in the order of the table."""
+        start = self._start
+        names = (name[len(start) :] for name in COMMANDS if name.startswith(start))
+        return list(dict.fromkeys(name.split()[0] for name in names))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command, or make a group."""
+        name = self._start + cmd_name
+        if name in GROUPS:
+            return LazyGroup(name, help=GROUPS[name], no_args_is_help=True)
+        if name not in COMMANDS:
+            return None
+        module = name.replace(" ", "_").replace("-", "_")
+        command = import_module(f"handclean.cli.{module}").command
+        assert isinstance(command, click.Command)
+        return command
+
+    def format_commands(
+        self, ctx: click.Context, formatter: click.HelpFormatter
+    ) -> None:
+        """List the commands without importing them."""
+        rows = [
+            (name, COMMANDS.get(self._start + name) or GROUPS[self._start + name])
+            for name in self.list_commands(ctx)
+        ]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+    @property
+    def _start(self) -> str:
+        return "" if self.name == "handclean" else f"{self.name} "
+
+
+@click.group("handclean", cls=LazyGroup, no_args_is_help=True)
+@click.version_option(__version__, prog_name="handclean")
+def cli() -> None:
+    """Clean optical hand motion capture: label, fill gaps, solve, offline."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit status."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    for name in THREADS:
+        os.environ[name] = "1"  # before numpy; inputs run side by side instead
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        with interrupts.raising():
+            status = _run(arguments)
+            sys.stdout.flush()
+            return status
+    except Interrupted as error:
+        return _tell(str(error), error.exit_status)
+    except BrokenPipeError:
+        _let_go(sys.stdout)
+        return 128 + 13  # like SIGPIPE
+    except Exception as error:
+        if "-v" in arguments or "--verbose" in arguments:
+            traceback.print_exc()
+        kind = type(error).__name__
+        return _tell(f"handclean: internal error, please report it: {kind}: {error}", 1)
+
+
+def _run(arguments: list[str]) -> int:
+    try:
+        with cli.make_context("handclean", arguments) as context:
+            status: Any = cli.invoke(context)
+        return int(status or 0)
+    except HandcleanError as error:
+        return _tell(str(error), error.exit_status)
+    except NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    except UsageError as error:
+        where = error.ctx.command_path if error.ctx else "handclean"
+        return _tell(f"{where}: {error.format_message()}", error.exit_code)
+    except ClickException as error:
+        return _tell(f"handclean: {error.format_message()}", error.exit_code)
+    except Exit as error:
+        return error.exit_code
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        return _tell(f"{error.filename or 'handclean'}: {reason}", 1)
+
+
+def _tell(text: str, status: int) -> int:
+    """Write one line to stderr, should anybody still listen."""
+    try:
+        sys.stderr.write(" ".join(text.split()) + "\n")
+        sys.stderr.flush()
+    except OSError:
+        _let_go(sys.stderr)
+    return status
+
+
+def _let_go(stream: Any) -> None:
+    """Send what is left for a stream nowhere, so that the end is quiet too."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)

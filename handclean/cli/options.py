@@ -1,0 +1,234 @@
+"""Options that mean the same for every command, as named objects, and settings.
+
+``@batch(SOURCES, OUTPUT, ...)`` adds groups of them and hands the command one `Batch`.
+``@settings("fill-gaps", FillConfig)`` makes an option of every field, puts defaults,
+configuration file and options together, and hands the command the settings.
+"""
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import click
+
+from handclean import config
+from handclean.cli import tables
+from handclean.pipeline.batch import Batch
+
+Function = Callable[..., Any]
+Decorator = Callable[[Function], Function]
+
+CONFIG = "handclean.config"
+"""Where the click context keeps the configuration file."""
+
+PATH = click.Path(path_type=Path)
+
+
+def _positive(
+    context: click.Context, parameter: click.Parameter, value: float | None
+) -> float | None:
+    if value is not None and not (math.isfinite(value) and value > 0.0):
+        raise click.BadParameter(f"should be a number above 0, not {value}")
+    return value
+
+
+def _suffix(context: click.Context, parameter: click.Parameter, value: str) -> str:
+    return value.lower() if value.startswith(".") else f".{value.lower()}"
+
+
+def _config(
+    context: click.Context, parameter: click.Parameter, value: Path | None
+) -> None:
+    """Check the whole file at once, whichever command it is given to."""
+    if value is not None:
+        config.check(value, tables.classes())
+    context.meta[CONFIG] = value
+
+
+inputs = click.argument("inputs", nargs=-1, type=PATH, metavar="IN...")
+manifest = click.option(
+    "--manifest",
+    metavar="FILE|-",
+    help="More inputs: CSV with a header (input, output, subject, marker_set, side) "
+    "or one path per line; '-' is stdin.",
+)
+rate = click.option(
+    "--rate",
+    "rate_hz",
+    type=float,
+    callback=_positive,
+    metavar="HZ",
+    help="Frames per second, for files that do not say.",
+)
+unit = click.option(
+    "--unit",
+    type=click.Choice(["mm", "cm", "m"]),
+    help="Unit of length, for files that do not say.",
+)
+lenient = click.option(
+    "--lenient", is_flag=True, help="Save what can be saved of a damaged file."
+)
+output = click.option(
+    "-o",
+    "--output",
+    metavar="OUT",
+    help="Where to: a file, whose suffix picks the format, or a folder.",
+)
+file_format = click.option(
+    "--format",
+    default=".h5",
+    show_default=True,
+    metavar="SUFFIX",
+    callback=_suffix,
+    help="Format of the files in a folder.",
+)
+overwrite = click.option(
+    "--overwrite",
+    is_flag=True,
+    help="Make every output anew and replace files handclean did not make.",
+)
+seed = click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Of everything random.",
+)
+subject = click.option(
+    "--subject",
+    "subjects",
+    multiple=True,
+    type=PATH,
+    metavar="FILE",
+    help="Whose hand it is; once per hand.",
+)
+marker_set = click.option(
+    "--marker-set",
+    default="",
+    metavar="NAME|FILE",
+    help="Where the markers sit on the hand.",
+)
+side = click.option(
+    "--side",
+    type=click.Choice(["left", "right", "both"]),
+    default="",
+    help="Which hand it is.",
+)
+jobs = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Inputs at a time.  [default: SLURM_CPUS_PER_TASK, else 1]",
+)
+shard = click.option(
+    "--shard",
+    default="",
+    metavar="I/N",
+    help="Only every N-th input, from the I-th (from 1).",
+)
+fail_fast = click.option(
+    "--fail-fast/--keep-going",
+    default=False,
+    help="Begin nothing more once an input failed, or go on.  [default: go on]",
+)
+failed = click.option(
+    "--failed", type=PATH, metavar="FILE", help="List the failed inputs as a manifest."
+)
+require = click.option(
+    "--require",
+    multiple=True,
+    metavar='"NAME<=VALUE"',
+    help="Exit with 3 unless this figure of every input is so.",
+)
+as_json = click.option(
+    "--json", is_flag=True, help="On stdout, one JSON object per input."
+)
+quiet = click.option("-q", "--quiet", is_flag=True, help="No warnings, no progress.")
+verbose = click.option("-v", "--verbose", is_flag=True, help="Tell more on stderr.")
+config_path = click.option(
+    "-c",
+    "--config",
+    type=PATH,
+    metavar="FILE.toml",
+    expose_value=False,
+    callback=_config,
+    help="Settings; a table for each command.",
+)
+
+SOURCES = (inputs, manifest, rate, unit, lenient)
+OUTPUT = (output, file_format, overwrite, seed)
+ONE_OUTPUT = (output, overwrite, seed)
+HANDS = (subject, marker_set, side)
+MANY = (jobs, shard, fail_fast, failed)
+TELLING = (require, as_json, quiet, verbose, config_path)
+
+
+def batch(*groups: Sequence[Decorator]) -> Decorator:
+    """Add groups of options; the command receives them as one ``batch``."""
+    own = {field.name for field in fields(Batch)}
+
+    def decorate(function: Function) -> Function:
+        @functools.wraps(function)
+        def wrapper(**given: Any) -> Any:
+            values = {name: given.pop(name) for name in own & given.keys()}
+            return function(batch=Batch(**values), **given)
+
+        return _add(wrapper, [option for group in groups for option in group])
+
+    return decorate
+
+
+def settings(
+    table: str, cls: type[Any], /, *, prefix: str = "", into: str = "settings"
+) -> Decorator:
+    """Add an option for every setting; the command receives them as ``into``.
+
+    ``prefix`` comes before the options of one of several settings of a command:
+    "fill" makes ``--fill-max-gap-s`` of ``max_gap_s``. The command needs the group
+    ``TELLING``, which has ``--config``.
+    """
+    start = f"{prefix}_" if prefix else ""
+    known = {start + setting.name: setting for setting in config.settings_of(cls)}
+
+    def decorate(function: Function) -> Function:
+        @functools.wraps(function)
+        def wrapper(**given: Any) -> Any:
+            values = {known[name].name: given.pop(name) for name in known}
+            path = click.get_current_context().meta[CONFIG]
+            loaded: Any = config.load(path, table, cls, **values)
+            return function(**{into: loaded}, **given)
+
+        return _add(wrapper, [_option(*item) for item in known.items()])
+
+    return decorate
+
+
+def _option(name: str, setting: config.Setting) -> Decorator:
+    flag = "--" + name.replace("_", "-")
+    shown = setting.default
+    if setting.is_tuple:
+        shown = " ".join(map(str, setting.default)) or "none"
+    about: dict[str, Any] = {
+        "default": None,
+        "help": f"{setting.help}  [default: {shown}]",
+    }
+    if setting.kind is bool and not setting.is_tuple:
+        shown = "yes" if setting.default else "no"
+        about["help"] = f"{setting.help}  [default: {shown}]"
+        return click.option(f"{flag}/--no-{flag[2:]}", name, **about)
+    if setting.is_tuple and setting.count is None:
+        about["multiple"] = True
+    elif setting.is_tuple:
+        about["nargs"] = setting.count
+    return click.option(flag, name, type=setting.kind, **about)
+
+
+def _add(function: Function, parameters: Sequence[Decorator]) -> Function:
+    """Add parameters so that help shows them in this order."""
+    for parameter in reversed(parameters):
+        function = parameter(function)
+    return function

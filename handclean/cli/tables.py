@@ -1,0 +1,26 @@
+"""The tables a configuration file may have, and the settings each stands for.
+
+``python -m handclean.cli.tables FILE`` writes them all with their defaults.
+"""
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+from handclean import config
+
+TABLES: dict[str, str] = {}
+"""Table of the file and its settings class, as "module:class"; imported on demand."""
+
+
+def classes() -> dict[str, type]:
+    """Import the settings class of every table."""
+    found = {}
+    for table, place in TABLES.items():
+        module, name = place.split(":")
+        found[table] = getattr(import_module(module), name)
+    return found
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(config.to_toml(classes()), encoding="utf-8")

@@ -1,0 +1,145 @@
+"""What a command was asked to do, in types that import nothing heavy.
+
+A command line becomes a `Batch`; a batch and a manifest become a list of `Task`; a
+worker turns a task and a `Work` (the same for all tasks) into a `Report`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Batch:
+    """The options that mean the same for every command.
+
+    Attributes
+    ----------
+    inputs : files named on the command line, in that order.
+    manifest : a file that names more of them, "-" for stdin, or None.
+    output, format : where to, and the suffix of files in a folder.
+    subjects, marker_set, side : whose hands, with what markers, which of them.
+    rate_hz, unit : for files that do not say; [Hz], one of mm, cm, m.
+    lenient : save what can be saved of a damaged file.
+    files : further files the step reads, by what they are ("calibration").
+    jobs : worker processes, None for as many as Slurm grants, else one.
+    shard : "I/N" to take every N-th line from the I-th, or "".
+    fail_fast : start nothing more after the first failure.
+    failed : where to list the failed inputs, or None.
+    overwrite : make every output anew and replace what handclean did not make.
+    require : conditions such as "residual_mm<=1".
+    seed : of everything random.
+    json, quiet, verbose : how to tell about it.
+    """
+
+    inputs: tuple[Path, ...] = ()
+    manifest: str | None = None
+    output: str | None = None
+    format: str = ".h5"
+    subjects: tuple[Path, ...] = ()
+    marker_set: str = ""
+    side: str = ""
+    rate_hz: float | None = None
+    unit: str | None = None
+    lenient: bool = False
+    files: Mapping[str, Path] = field(default_factory=dict)
+    jobs: int | None = None
+    shard: str = ""
+    fail_fast: bool = False
+    failed: Path | None = None
+    overwrite: bool = False
+    require: tuple[str, ...] = ()
+    seed: int = 0
+    json: bool = False
+    quiet: bool = False
+    verbose: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """One input with all that is given about it; fields as in `Batch`.
+
+    ``sha256`` is the digest of its bytes where it has been taken, else "".
+    """
+
+    path: Path
+    subjects: tuple[Path, ...] = ()
+    marker_set: str = ""
+    side: str = ""
+    rate_hz: float | None = None
+    unit: str | None = None
+    lenient: bool = False
+    files: Mapping[str, Path] = field(default_factory=dict)
+    seed: int = 0
+    sha256: str = ""
+
+    @property
+    def marker_set_file(self) -> Path | None:
+        """The marker set as a file, or None when it is the name of a shipped one."""
+        is_file = self.marker_set.endswith(".toml") or "/" in self.marker_set
+        return Path(self.marker_set) if is_file else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Work:
+    """What is the same for all inputs.
+
+    Attributes
+    ----------
+    command : as it is typed, "fill-gaps" or "calibrate-hand markers".
+    settings : a frozen dataclass, or None.
+    seed, overwrite : as in `Batch`.
+    step : module of the step; by default that of the command.
+    """
+
+    command: str
+    settings: Any = None
+    seed: int = 0
+    overwrite: bool = False
+    step: str = ""
+
+    @property
+    def module(self) -> str:
+        """Module that holds the step, a function of the module's own name."""
+        name = self.command.replace(" ", "_").replace("-", "_")
+        return self.step or f"handclean.pipeline.steps.{name}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """One thing to do: some sources (one, when mapping) and their outputs.
+
+    ``token`` names the temporary files of this task and of no other.
+    """
+
+    sources: tuple[Source, ...]
+    outputs: tuple[Path, ...] = ()
+    token: str = ""
+    reduces: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """How a task went.
+
+    Attributes
+    ----------
+    status : "done", "skipped" or "failed".
+    line : what was done, in a few words.
+    figures : plain JSON values.
+    warnings : what its owner should know, one line each.
+    error : one line, when failed.
+    exit_status : of that failure: 1, or 2 for wrong usage.
+    seconds : how long it took.
+    trace : where in the code it failed, for the curious.
+    """
+
+    status: str
+    line: str = ""
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    error: str = ""
+    exit_status: int = 1
+    seconds: float = 0.0
+    trace: str = ""

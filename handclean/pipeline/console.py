@@ -1,0 +1,92 @@
+"""What a run tells: results on stdout, all else on stderr."""
+
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any, TextIO
+
+from handclean.pipeline.batch import Batch, Report, Task
+
+
+class Console:
+    """Tells how tasks went, in their order, and how far the run is.
+
+    stdout has one line per input: its result, or with ``json`` one object, failed
+    ones too. stderr has errors, unless ``quiet`` also warnings, and progress when it
+    is a terminal.
+    """
+
+    def __init__(self, batch: Batch, total: int) -> None:
+        self._json = batch.json
+        self._quiet = batch.quiet
+        self._verbose = batch.verbose
+        self._total = total
+        self._ended = 0
+        self._moving = sys.stderr.isatty() and not batch.quiet and total > 1
+
+    def ended(self) -> None:
+        """Count a task that ended."""
+        self._ended += 1
+        if self._moving:
+            self._write(sys.stderr, f"\r\033[K{self._ended} of {self._total}", end="")
+
+    def tell(self, task: Task, report: Report, unmet: Sequence[str]) -> None:
+        """Tell the result of a task."""
+        where = str(task.sources[0].path)
+        if self._json:
+            self._result(json.dumps(_object(task, report), allow_nan=False))
+        elif report.status != "failed":
+            self._result(_line(task, report))
+        if not self._quiet:
+            for warning in report.warnings:
+                self.note(f"{where}: warning: {warning}")
+        if report.status == "failed":
+            self.note(report.error)
+        if self._verbose and report.trace:
+            self.note(report.trace.rstrip())
+        if self._verbose:
+            self.note(f"{where}: {report.status} in {report.seconds:.3f} s")
+        for text in unmet:
+            self.note(f"{where}: {text}")
+
+    def note(self, text: str) -> None:
+        """Write a line to stderr, clear of the progress."""
+        clear = "\r\033[K" if self._moving else ""
+        self._write(sys.stderr, clear + text)
+
+    def close(self) -> None:
+        """Clear the progress away."""
+        if self._moving:
+            self._write(sys.stderr, "\r\033[K", end="")
+
+    def _result(self, text: str) -> None:
+        if self._moving and sys.stdout.isatty():
+            self._write(sys.stderr, "\r\033[K", end="")
+        self._write(sys.stdout, text)
+
+    def _write(self, stream: TextIO, text: str, end: str = "\n") -> None:
+        stream.write(text + end)
+        stream.flush()
+
+
+def _object(task: Task, report: Report) -> dict[str, Any]:
+    inputs = [str(source.path) for source in task.sources]
+    outputs = [str(path) for path in task.outputs]
+    return {
+        "input": inputs if task.reduces else inputs[0],
+        "output": outputs[0] if len(outputs) == 1 else outputs or None,
+        "status": report.status,
+        "error": report.error or None,
+        "seconds": report.seconds,
+        "warnings": list(report.warnings),
+        **report.figures,
+    }
+
+
+def _line(task: Task, report: Report) -> str:
+    inputs = str(task.sources[0].path)
+    if task.reduces and len(task.sources) > 1:
+        inputs = f"{len(task.sources)} inputs"
+    arrow = f" -> {task.outputs[0]}" if task.outputs else ""
+    skipped = "skipped, as before: " if report.status == "skipped" else ""
+    return " ".join(f"{inputs}{arrow}: {skipped}{report.line}".splitlines())

@@ -1,0 +1,105 @@
+"""Do one task and say how it went; whatever goes wrong, it is a report."""
+
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import threadpoolctl
+
+from handclean.errors import HandcleanError
+from handclean.pipeline import outputs, record
+from handclean.pipeline.batch import Report, Source, Task, Work
+from handclean.pipeline.outcome import Outcome
+from handclean.pipeline.outputs import State
+from handclean.pipeline.plan import files_of
+
+Step = Callable[[Any, Any], Outcome]
+
+
+def execute(work: Work, task: Task) -> Report:
+    """Do one task; any failure is a report, except that of a signal."""
+    started = time.perf_counter()
+    where = task.sources[0].path
+    try:
+        report = _do(work, task)
+    except HandcleanError as error:
+        report = _failed(str(error), exit_status=error.exit_status)
+    except MemoryError:
+        report = _failed(f"{where}: there is not enough memory for it")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        report = _failed(f"{error.filename or where}: {reason}")
+    except Exception as error:
+        text = f"{where}: internal error, please report it: {type(error).__name__}: "
+        report = _failed(text + str(error), trace=traceback.format_exc())
+    return replace(report, seconds=round(time.perf_counter() - started, 3))
+
+
+def figures_of(work: Work) -> dict[str, str]:
+    """Names and meanings of the figures a step reports."""
+    figures: dict[str, str] = import_module(work.module).FIGURES
+    return figures
+
+
+def _failed(error: str, **parts: Any) -> Report:
+    return Report(status="failed", error=" ".join(error.split()), **parts)
+
+
+def _do(work: Work, task: Task) -> Report:
+    if not task.outputs:
+        outcome = _outcome(work, task)
+        return _done(record.plain(outcome.figures), outcome)
+    digests = {
+        path: record.digest(path)
+        for source in task.sources
+        for path in files_of(source).values()
+    }
+    begun = record.entry(work, task, digests)
+    states = {outputs.state(path, begun, work.overwrite) for path in task.outputs}
+    if states == {State.SAME}:
+        outputs.touch(task)
+        made = record.of(task.outputs[0])[-1]
+        return Report(
+            status="skipped",
+            line=made.get("line", ""),
+            figures=made.get("figures", {}),
+            warnings=tuple(made.get("warnings", ())),
+        )
+    sources = tuple(replace(s, sha256=digests[s.path]) for s in task.sources)
+    outcome = _outcome(work, replace(task, sources=sources))
+    entry = record.finished(begun, outcome)
+    outputs.write(task, outcome, entry)
+    return _done(entry["figures"], outcome)
+
+
+def _done(figures: dict[str, Any], outcome: Outcome) -> Report:
+    return Report(
+        status="done",
+        line=outcome.line,
+        figures=figures,
+        warnings=outcome.warnings,
+    )
+
+
+def _outcome(work: Work, task: Task) -> Outcome:
+    module = import_module(work.module)
+    step: Step = getattr(module, work.module.rsplit(".", 1)[-1])
+    with threadpoolctl.threadpool_limits(1):
+        given: Source | tuple[Source, ...]
+        given = task.sources if task.reduces else task.sources[0]
+        outcome = step(given, work.settings)
+    unknown = set(outcome.figures) - set(module.FIGURES)
+    assert not unknown, f"figures without a meaning: {sorted(unknown)}"
+    assert len(outcome.writers) == len(task.outputs), "a writer for each output"
+    return outcome
+
+
+def gone(task: Task, cause: str) -> Report:
+    """Report a task whose worker is no more, and clear up after it."""
+    outputs.clean(task)
+    where: Path = task.sources[0].path
+    return _failed(f"{where}: {cause}")

@@ -1,0 +1,142 @@
+"""Lists of inputs: manifests, shards, and the failed ones as a new manifest.
+
+A manifest is CSV whose header names ``input`` and, as needed, ``output``,
+``subject``, ``marker_set`` and ``side``; or plain lines, each a path. Several subjects
+(one per hand) stand in one cell with ``;`` between them. Relative paths are relative
+to the folder the command runs in, like paths on the command line.
+"""
+
+import csv
+import io
+import os
+import re
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from handclean.errors import UnknownSettingError, UsageError
+
+T = TypeVar("T")
+
+COLUMNS = ("input", "output", "subject", "marker_set", "side")
+SIDES = ("left", "right", "both")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """One input and what its line says about it; None or empty where it is silent."""
+
+    input: Path
+    output: str = ""
+    subjects: tuple[Path, ...] = ()
+    marker_set: str = ""
+    side: str = ""
+
+
+def read(name: str) -> tuple[Line, ...]:
+    """Read a manifest from a file, or from stdin when its name is "-".
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read, is empty, or has an unknown column or a line that does
+        not fit the header.
+    """
+    where = "stdin" if name == "-" else name
+    text = _text(name, where)
+    if not text.strip():
+        raise UsageError(f"{where}: is empty; it should list the inputs, one per line")
+    first = text.lstrip("\n").split("\n", 1)[0].strip()
+    if re.match(r'"?input"?\s*[;\t]', first):
+        raise UsageError(f"{where}: columns should be separated by commas")
+    header = [cell.strip() for cell in next(csv.reader([first]))]
+    if "input" in header:
+        return tuple(_table(where, text, header))
+    lines = (line.removesuffix("\r") for line in text.split("\n"))
+    return tuple(Line(input=Path(line)) for line in lines if line.strip())
+
+
+def _text(name: str, where: str) -> str:
+    try:
+        data = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
+    except OSError as error:
+        raise UsageError(f"{where}: {(error.strerror or str(error)).lower()}") from None
+    if b"\0" in data:
+        raise UsageError(f"{where}: is not text; a manifest is CSV or a list of paths")
+    return os.fsdecode(data.removeprefix(b"\xef\xbb\xbf"))
+
+
+def _table(where: str, text: str, header: list[str]) -> Iterable[Line]:
+    for name in header:
+        if name not in COLUMNS:
+            raise UnknownSettingError(where, "column", name, COLUMNS)
+    if len(set(header)) != len(header):
+        raise UsageError(f"{where}: every column should appear once")
+    rows = csv.reader(io.StringIO(text, newline=""))
+    started = False
+    for row in _rows(where, rows):
+        if not any(cell.strip() for cell in row):
+            continue
+        if not started:
+            started = True
+            continue
+        at = f"{where}, line {rows.line_num}"
+        if len(row) != len(header):
+            raise UsageError(
+                f"{at}: has {len(row)} cells; "
+                f"it should have {len(header)} like the header"
+            )
+        yield _line(at, dict(zip(header, row, strict=True)))
+
+
+def _rows(where: str, rows: Iterator[list[str]]) -> Iterator[list[str]]:
+    try:
+        yield from rows
+    except csv.Error as error:
+        raise UsageError(f"{where}: is not CSV: {error}") from None
+
+
+def _line(where: str, cells: dict[str, str]) -> Line:
+    if not cells["input"]:
+        raise UsageError(f"{where}: should name an input")
+    side = cells.get("side", "")
+    if side and side not in SIDES:
+        raise UsageError(f"{where}: side should be left, right or both, not '{side}'")
+    subjects = cells.get("subject", "").split(";")
+    return Line(
+        input=Path(cells["input"]),
+        output=cells.get("output", ""),
+        subjects=tuple(Path(name) for name in subjects if name),
+        marker_set=cells.get("marker_set", ""),
+        side=side,
+    )
+
+
+def shard(items: Sequence[T], which: str) -> Sequence[T]:
+    """Take every N-th item from the I-th (from 1), of ``which`` = "I/N"; "" is all.
+
+    Raises
+    ------
+    UsageError
+        If ``which`` is not of that form or I is not among 1..N.
+    """
+    if not which:
+        return items
+    match = re.fullmatch(r"(\d+)/(\d+)", which, re.ASCII)
+    part, parts = map(int, match.groups()) if match else (0, 0)
+    if not 1 <= part <= parts:
+        raise UsageError(f"--shard should be I/N with I from 1 to N, not '{which}'")
+    return items[part - 1 :: parts]
+
+
+def to_csv(lines: Iterable[Line]) -> str:
+    """Write lines as a manifest."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for line in lines:
+        subjects = ";".join(map(str, line.subjects))
+        writer.writerow((line.input, line.output, subjects, line.marker_set, line.side))
+    return out.getvalue()

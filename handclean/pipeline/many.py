@@ -1,0 +1,165 @@
+"""Run a step over many inputs: shards, jobs, resume, and one exit status."""
+
+import os
+import sys
+from collections.abc import Callable, Collection, Generator, Sequence
+from contextlib import closing, redirect_stdout
+from pathlib import Path
+
+from handclean.errors import UsageError
+from handclean.pipeline import manifest, plan, require
+from handclean.pipeline.batch import Batch, Report, Task, Work
+from handclean.pipeline.console import Console
+from handclean.pipeline.execute import execute, figures_of
+from handclean.pipeline.manifest import Line
+from handclean.pipeline.require import Condition
+from handclean.pipeline.workers import in_workers
+
+Reports = Generator[tuple[int, Report], None, None]
+
+FAILED, WRONG_USAGE, NOT_MET = 1, 2, 3
+"""Exit statuses beside 0."""
+
+
+def run(work: Work, batch: Batch, suffixes: Collection[str] = plan.RECORDINGS) -> int:
+    """Run a step once for every input; return the exit status.
+
+    Parameters
+    ----------
+    work : what to do.
+    batch : with what.
+    suffixes : what outputs may end in; empty when the step writes none.
+
+    Raises
+    ------
+    UsageError
+        If something is wrong with the request as a whole; then nothing is done.
+    """
+    lines = plan.lines_of(batch)
+    tasks = plan.mapping(batch, lines, suffixes)
+    lines = tuple(manifest.shard(lines, batch.shard))
+    return run_tasks(work, batch, manifest.shard(tasks, batch.shard), lines)
+
+
+def reduce(work: Work, batch: Batch, suffixes: Collection[str] = (".h5",)) -> int:
+    """Run a step once over all inputs together; return the exit status.
+
+    Parameters and errors are those of `run`.
+    """
+    task = plan.reducing(batch, plan.lines_of(batch), suffixes)
+    return run_tasks(work, batch, [task], ())
+
+
+def run_tasks(
+    work: Work, batch: Batch, tasks: Sequence[Task], lines: Sequence[Line]
+) -> int:
+    """Run planned tasks; ``lines`` are what they came from, for ``--failed``."""
+    known = figures_of(work) if batch.require else {}
+    conditions = [require.parse(text, known) for text in batch.require]
+    _expect_writable(batch.failed, tasks)
+    console = Console(batch, len(tasks))
+    reports: dict[int, Report] = {}
+    met = True
+    try:
+        with closing(_in_order(_reports(work, batch, tasks, console))) as ordered:
+            for index, report in ordered:
+                reports[index] = report
+                unmet = _unmet(conditions, report)
+                met = met and not unmet
+                console.tell(tasks[index], report, unmet)
+    finally:
+        console.close()
+        if batch.failed is not None:
+            unfinished = {
+                i
+                for i in range(len(tasks))
+                if i not in reports or reports[i].status == "failed"
+            }
+            _write_failed(batch.failed, tasks, lines, unfinished)
+    return _exit_status(list(reports.values()), met)
+
+
+def _unmet(conditions: Sequence[Condition], report: Report) -> list[str]:
+    if report.status == "failed":
+        return []
+    texts = (condition.unmet(report.figures) for condition in conditions)
+    return [text for text in texts if text]
+
+
+def _exit_status(reports: Sequence[Report], met: bool) -> int:
+    failed = [report for report in reports if report.status == "failed"]
+    if failed:
+        all_wrong = all(report.exit_status == WRONG_USAGE for report in failed)
+        nothing_done = len(failed) == len(reports)
+        return WRONG_USAGE if all_wrong and nothing_done else FAILED
+    return 0 if met else NOT_MET
+
+
+def _reports(
+    work: Work, batch: Batch, tasks: Sequence[Task], console: Console
+) -> Reports:
+    """Yield the report of every task as it ends; those never begun come last."""
+    failing = False
+    begun = set()
+    jobs = _jobs(batch)
+    run_all = _here if len(tasks) <= 1 else in_workers
+    ended = run_all(work, tasks, jobs, lambda: not (failing and batch.fail_fast))
+    with closing(ended):
+        for index, report in ended:
+            failing = failing or report.status == "failed"
+            begun.add(index)
+            console.ended()
+            yield index, report
+    for index in sorted(set(range(len(tasks))) - begun):
+        where = tasks[index].sources[0].path
+        error = f"{where}: not begun, as another input failed (--fail-fast)"
+        yield index, Report(status="failed", error=error)
+
+
+def _here(
+    work: Work, tasks: Sequence[Task], jobs: int, may_start: Callable[[], bool]
+) -> Reports:
+    """Do tasks in this process; what a library prints must not meet the results."""
+    for index, task in enumerate(tasks):
+        with redirect_stdout(sys.stderr):
+            report = execute(work, task)
+        yield index, report
+
+
+def _in_order(reports: Reports) -> Reports:
+    early: dict[int, Report] = {}
+    due = 0
+    with closing(reports):
+        for index, report in reports:
+            early[index] = report
+            while due in early:
+                yield due, early.pop(due)
+                due += 1
+
+
+def _jobs(batch: Batch) -> int:
+    """Worker processes: as asked for, else as Slurm grants, else one."""
+    if batch.jobs is not None:
+        return batch.jobs
+    granted = os.environ.get("SLURM_CPUS_PER_TASK", "1")
+    if not granted.isdecimal() or int(granted) < 1:
+        raise UsageError(
+            f"SLURM_CPUS_PER_TASK: should be a number of processors, not '{granted}'"
+        )
+    return int(granted)
+
+
+def _expect_writable(path: Path | None, tasks: Sequence[Task]) -> None:
+    if path is None:
+        return
+    if not path.absolute().parent.is_dir() or path.is_dir():
+        raise UsageError(f"{path}: cannot be written; --failed should name a file")
+    plan.expect_unused(path, tasks)
+
+
+def _write_failed(
+    path: Path, tasks: Sequence[Task], lines: Sequence[Line], unfinished: set[int]
+) -> None:
+    placed = plan.failed_lines(tasks, lines)
+    text = manifest.to_csv(line for i, line in enumerate(placed) if i in unfinished)
+    path.write_bytes(os.fsencode(text))

@@ -1,0 +1,225 @@
+"""From what was asked for to tasks: which input becomes which output.
+
+With one input, ``-o`` may be a file whose suffix picks the format. Otherwise it is a
+folder: inputs keep their path below their common parent, and ``--format`` gives the
+suffix. All of it is settled on the whole list, before a shard is taken, so an output's
+place does not depend on shards.
+"""
+
+import os
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from handclean.errors import UnknownSettingError, UsageError
+from handclean.pipeline import manifest
+from handclean.pipeline.batch import Batch, Source, Task
+from handclean.pipeline.manifest import Line
+
+RECORDINGS = (".h5", ".c3d", ".trc", ".csv", ".mot", ".bvh")
+"""Suffixes a take can be written with."""
+
+
+def lines_of(batch: Batch) -> tuple[Line, ...]:
+    """List the inputs of the command line, then those of its manifest.
+
+    Raises
+    ------
+    UsageError
+        If there are none, or the manifest is wrong.
+    """
+    lines = tuple(Line(input=path) for path in batch.inputs)
+    if batch.manifest is not None:
+        return lines + manifest.read(batch.manifest)
+    if not lines:
+        raise UsageError("inputs: there are none; name files, or a --manifest of them")
+    return lines
+
+
+def mapping(
+    batch: Batch, lines: Sequence[Line], suffixes: Collection[str]
+) -> list[Task]:
+    """Plan a command whose every input gives one output (none without suffixes).
+
+    Raises
+    ------
+    UsageError
+        If an output has no place or an unknown suffix, if two inputs would share one,
+        or if one is an input itself.
+    """
+    sources = [_source(batch, line) for line in lines]
+    if not suffixes:
+        return [Task(sources=(source,)) for source in sources]
+    outputs = _outputs(batch, lines, suffixes)
+    expect_apart(outputs, [(source,) for source in sources])
+    return [
+        Task(sources=(source,), outputs=(output,), token=token())
+        for source, output in zip(sources, outputs, strict=True)
+    ]
+
+
+def reducing(batch: Batch, lines: Sequence[Line], suffixes: Collection[str]) -> Task:
+    """Plan a command whose inputs together give one output (none without suffixes).
+
+    Raises
+    ------
+    UsageError
+        As `mapping`.
+    """
+    sources = tuple(_source(batch, line) for line in lines)
+    if not sources:
+        raise UsageError("inputs: there are none; the manifest has no lines")
+    if not suffixes:
+        return Task(sources=sources, reduces=True)
+    if batch.output is None:
+        raise UsageError("-o: is missing; it should name a file")
+    output = Path(batch.output)
+    _expect_suffix(output, output.suffix, suffixes)
+    expect_apart([output], [sources])
+    return Task(sources=sources, outputs=(output,), token=token(), reduces=True)
+
+
+def token() -> str:
+    """Make a name for temporary files that no other task has."""
+    return os.urandom(6).hex()
+
+
+def expect_apart(
+    outputs: Sequence[Path], sources: Sequence[tuple[Source, ...]]
+) -> None:
+    """Expect every output in a place of its own where nothing is read.
+
+    Raises
+    ------
+    UsageError
+        If two outputs are one file, or an output is one of the files read.
+    """
+    read = {
+        _identity(path): path
+        for group in sources
+        for source in group
+        for path in files_of(source).values()
+    }
+    taken: dict[object, Path] = {}
+    for output, group in zip(outputs, sources, strict=True):
+        identity = _identity(output)
+        if identity in read:
+            raise UsageError(
+                f"{output}: is read as well as written; -o should name another place"
+            )
+        if identity in taken:
+            raise UsageError(
+                f"{output}: would be written twice, "
+                f"from {taken[identity]} and from {group[0].path}"
+            )
+        taken[identity] = group[0].path
+
+
+def expect_unused(path: Path, tasks: Iterable[Task]) -> None:
+    """Expect that no task reads or writes a file.
+
+    Raises
+    ------
+    UsageError
+        If one does.
+    """
+    identity = _identity(path)
+    for task in tasks:
+        read = [p for source in task.sources for p in files_of(source).values()]
+        if identity in map(_identity, [*read, *task.outputs]):
+            raise UsageError(f"{path}: is also an input or an output of this command")
+
+
+def files_of(source: Source) -> dict[str, Path]:
+    """List the files a source makes its step read, by their role."""
+    files = {"input": source.path}
+    numbered = enumerate(source.subjects, start=1)
+    files.update({f"subject {number}": path for number, path in numbered})
+    if source.marker_set_file is not None:
+        files["marker_set"] = source.marker_set_file
+    return files | dict(source.files)
+
+
+def _source(batch: Batch, line: Line) -> Source:
+    return Source(
+        path=line.input,
+        subjects=line.subjects or batch.subjects,
+        marker_set=line.marker_set or batch.marker_set,
+        side=line.side or batch.side,
+        rate_hz=batch.rate_hz,
+        unit=batch.unit,
+        lenient=batch.lenient,
+        files=batch.files,
+        seed=batch.seed,
+    )
+
+
+def _outputs(
+    batch: Batch, lines: Sequence[Line], suffixes: Collection[str]
+) -> list[Path]:
+    unplaced = [line.input for line in lines if not line.output]
+    places = iter(_places(batch, unplaced, suffixes) if unplaced else ())
+    outputs = [Path(line.output) if line.output else next(places) for line in lines]
+    for output in outputs:
+        _expect_suffix(output, output.suffix, suffixes)
+    return outputs
+
+
+def _places(
+    batch: Batch, inputs: Sequence[Path], suffixes: Collection[str]
+) -> list[Path]:
+    """Give the inputs that name no output themselves a place under ``-o``."""
+    if batch.output is None:
+        raise UsageError("-o: is missing; it should name a file or a folder")
+    output = Path(batch.output)
+    if not _is_folder(batch.output, suffixes):
+        if len(inputs) == 1:
+            return [output]
+        raise UsageError(
+            f"{output}: is one file for {len(inputs)} inputs; -o should name a folder"
+        )
+    _expect_suffix("--format", batch.format, suffixes)
+    parent = _common_parent(inputs)
+    return [
+        (output / _below(path, parent)).with_suffix(batch.format) for path in inputs
+    ]
+
+
+def _is_folder(output: str, suffixes: Collection[str]) -> bool:
+    """Whether ``-o`` names a folder: there is one, it ends in /, or has no suffix."""
+    if os.path.isdir(output) or output.endswith(("/", os.sep)):
+        return True
+    return not Path(output).suffix
+
+
+def _expect_suffix(where: Path | str, suffix: str, suffixes: Collection[str]) -> None:
+    if not suffix:
+        raise UsageError(f"{where}: should end in {' or '.join(suffixes)}")
+    if suffix.lower() not in suffixes:
+        raise UnknownSettingError(where, "format for writing", suffix, suffixes)
+
+
+def _common_parent(inputs: Iterable[Path]) -> str:
+    parents = {os.path.dirname(os.path.abspath(path)) for path in inputs}
+    return os.path.commonpath(parents)
+
+
+def _below(path: Path, parent: str) -> str:
+    return os.path.relpath(os.path.abspath(path), parent)
+
+
+def _identity(path: Path) -> object:
+    """Name a file so that every way to it gives the same, hard links too."""
+    try:
+        status = path.stat()
+    except OSError:
+        return os.path.realpath(path)
+    return status.st_dev, status.st_ino
+
+
+def failed_lines(tasks: Iterable[Task], lines: Iterable[Line]) -> list[Line]:
+    """Lines of tasks, each saying where its output belongs."""
+    return [
+        replace(line, output=str(task.outputs[0]) if task.outputs else "")
+        for task, line in zip(tasks, lines, strict=True)
+    ]

@@ -1,0 +1,196 @@
+"""The record of what made an output, by which a rerun knows it again.
+
+An ``.h5`` carries it inside, as the last entry of ``/provenance``; beside any other
+output ``OUT`` stands ``OUT.made.json``, which also has the digest of ``OUT``: a file
+that was changed afterwards is no longer one that handclean made.
+"""
+
+import hashlib
+import json
+import math
+import os
+import stat
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from handclean import __version__
+from handclean.errors import FileError, UsageError
+from handclean.pipeline.batch import Source, Task, Work
+from handclean.pipeline.outcome import Entry, Outcome
+from handclean.pipeline.plan import files_of
+
+SAME = ("command", "version", "settings", "inputs", "seed")
+"""What has to be equal for a rerun to be the same."""
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file's bytes.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, it is a folder or a device, or cannot be read.
+    """
+    try:
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
+            raise FileError(path, "is a folder", "name the files in it")
+        if not stat.S_ISREG(mode):
+            raise FileError(path, "is not a regular file")
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except FileNotFoundError:
+        raise FileError(path, "there is no such file") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(path, f"cannot be read: {reason.lower()}") from None
+
+
+def entry(work: Work, task: Task, digests: Mapping[Path, str]) -> dict[str, Any]:
+    """Begin the record of a task: all that decides what its outputs will be."""
+    inputs: list[dict[str, Any]] = []
+    for source in task.sources:
+        for item in _items(source, digests):
+            if item["role"] == "input" or item not in inputs:
+                inputs.append(item)
+    settings = asdict(work.settings) if work.settings is not None else {}
+    return {
+        "command": work.command,
+        "version": __version__,
+        "settings": plain(settings),
+        "inputs": inputs,
+        "seed": work.seed,
+    }
+
+
+def _items(source: Source, digests: Mapping[Path, str]) -> list[dict[str, Any]]:
+    items: list[dict[str, Any]] = [
+        {"role": role.split()[0], "name": _name(path), "sha256": digests[path]}
+        for role, path in files_of(source).items()
+    ]
+    given = {
+        "side": source.side,
+        "rate_hz": source.rate_hz,
+        "unit": source.unit,
+        "lenient": source.lenient,
+        "marker_set": "" if source.marker_set_file else source.marker_set,
+    }
+    items[0].update({name: value for name, value in given.items() if value})
+    return items
+
+
+def _name(path: Path) -> str:
+    """Name of a file for people: bytes that are no UTF-8 as question marks."""
+    return os.fsencode(path.name).decode("utf-8", "replace")
+
+
+def finished(begun: Entry, outcome: Outcome) -> dict[str, Any]:
+    """Complete a record with what came out, and when."""
+    return {
+        **begun,
+        "made": made_at(),
+        "line": outcome.line,
+        "figures": plain(outcome.figures),
+        "warnings": list(outcome.warnings),
+    }
+
+
+def same(one: Entry, other: Entry) -> bool:
+    """Whether two records would make the same output; names and times apart."""
+
+    def bare(entry: Entry, key: str) -> Any:
+        value = entry.get(key)
+        if key != "inputs" or not isinstance(value, list):
+            return value
+        return [{k: v for k, v in item.items() if k != "name"} for item in value]
+
+    return all(bare(one, key) == bare(other, key) for key in SAME)
+
+
+def of(path: Path) -> tuple[Entry, ...]:
+    """Provenance of a file; empty when handclean did not make it as it is now."""
+    path = Path(os.path.realpath(path))
+    if path.suffix.lower() == ".h5":
+        return _inside(path)
+    beside = sidecar(path)
+    try:
+        document = json.loads(beside.read_bytes())
+        if document["sha256"] != digest(path):
+            return ()
+        return _entries(document["provenance"])
+    except (OSError, ValueError, KeyError, TypeError, FileError):
+        return ()
+
+
+def _inside(path: Path) -> tuple[Entry, ...]:
+    import h5py  # late, so that help is instant
+
+    try:
+        with h5py.File(path, "r") as file:
+            held = file["provenance"][()]
+        return _entries(json.loads(held))
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError):
+        return ()
+
+
+def _entries(found: object) -> tuple[Entry, ...]:
+    """Take what was read for entries only if that is what it is."""
+    if not isinstance(found, list):
+        return ()
+    return tuple(found) if all(isinstance(item, dict) for item in found) else ()
+
+
+def sidecar(path: Path) -> Path:
+    """Where the record of an output stands that cannot carry it itself."""
+    return path.with_name(path.name + ".made.json")
+
+
+def to_json(sha256: str, provenance: Sequence[Entry]) -> str:
+    """Write the record that stands beside an output."""
+    document = {"sha256": sha256, "provenance": list(provenance)}
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def made_at() -> str:
+    """Time of now, or of SOURCE_DATE_EPOCH where that is set.
+
+    Raises
+    ------
+    UsageError
+        If SOURCE_DATE_EPOCH is not a number of seconds.
+    """
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    if epoch is None:
+        return datetime.now(UTC).isoformat(timespec="seconds")
+    try:
+        return datetime.fromtimestamp(int(epoch), UTC).isoformat()
+    except (ValueError, OverflowError, OSError):
+        raise UsageError(
+            f"SOURCE_DATE_EPOCH: should be a number of seconds, not '{epoch}'"
+        ) from None
+
+
+def plain(value: Any) -> Any:
+    """Turn a value into what JSON can hold: NaN into null, infinity into a word.
+
+    Raises
+    ------
+    TypeError
+        If it is none of numbers, text, and lists and mappings of them.
+    """
+    if hasattr(value, "tolist"):  # numpy numbers and arrays
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): plain(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(part) for part in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else str(value)
+    if isinstance(value, Path):
+        return str(value)
+    if value is None or isinstance(value, str | int | float):
+        return value
+    raise TypeError(f"{value!r} has no place in JSON")

@@ -1,0 +1,53 @@
+"""Takes as steps read them and hand them back."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from handclean.io import files
+from handclean.pipeline import record
+from handclean.pipeline.batch import Source
+from handclean.pipeline.outcome import Entry, Outcome, Writer
+from handclean.recording import Recording
+
+
+def read(source: Source) -> Recording:
+    """Read a take, and what made it where that stands in a file beside it.
+
+    Raises
+    ------
+    HandcleanError
+        If it cannot be read as what it claims to be.
+    """
+    recording = files.read(
+        source.path, rate_hz=source.rate_hz, unit=source.unit, lenient=source.lenient
+    )
+    if recording.provenance:
+        return recording
+    return replace(recording, provenance=record.of(source.path))
+
+
+def outcome(
+    recording: Recording,
+    line: str,
+    figures: Mapping[str, Any],
+    warnings: tuple[str, ...] = (),
+) -> Outcome:
+    """Hand back a take to be written."""
+    return Outcome(
+        line=line,
+        figures=figures,
+        warnings=warnings,
+        writers=(writer(recording),),
+        history=tuple(recording.provenance),
+    )
+
+
+def writer(recording: Recording) -> Writer:
+    """Make what writes a take, in the format of the path it is given."""
+
+    def write(path: Path, provenance: tuple[Entry, ...]) -> None:
+        files.write(path, replace(recording, provenance=provenance))
+
+    return write

@@ -1,0 +1,60 @@
+"""handclean with one more command, ``tally``, that does what its inputs say."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated
+
+import click
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "pipeline" / "fakes"))
+
+from handclean.cli import main as frame
+from handclean.cli import options, tables
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+
+
+@dataclass(frozen=True, kw_only=True)
+class TallyConfig:
+    """Settings of ``tally``, one of each kind."""
+
+    method: Annotated[str, "How to count."] = "by hand"
+    max_gap_s: Annotated[float, "Longest gap."] = 0.5
+    times: Annotated[int, "How often."] = 1
+    aloud: Annotated[bool, "Whether to be heard."] = False
+    words: Annotated[tuple[str, ...], "Only these."] = ()
+    between: Annotated[tuple[float, float], "From, to."] = (0.0, 1.0)
+
+    def __post_init__(self):
+        if self.max_gap_s < 0:
+            raise ValueError(f"max_gap_s should be >= 0 s, not {self.max_gap_s}")
+
+
+@click.command("tally")
+@options.batch(
+    options.SOURCES, options.OUTPUT, options.HANDS, options.MANY, options.TELLING
+)
+@options.settings("tally", TallyConfig)
+def command(batch: Batch, settings: TallyConfig) -> int:
+    """Count words."""
+    work = Work(
+        command="tally",
+        step="tally",
+        settings=settings,
+        seed=batch.seed,
+        overwrite=batch.overwrite,
+    )
+    return many.run(work, batch, (".csv", ".h5"))
+
+
+module = ModuleType("handclean.cli.tally")
+module.command = command
+module.TallyConfig = TallyConfig
+sys.modules["handclean.cli.tally"] = module
+frame.COMMANDS["tally"] = "Count words."
+tables.TABLES["tally"] = "handclean.cli.tally:TallyConfig"
+
+if __name__ == "__main__":
+    sys.exit(frame.main())

@@ -1,0 +1,131 @@
+"""The command line itself: help is instant, every mistake is one line."""
+
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from handclean import __version__
+from handclean.cli import main as frame
+from handclean.errors import UsageError
+
+HEAVY = {"numpy", "scipy", "numba", "h5py", "c3d", "trimesh", "matplotlib"}
+
+
+@pytest.fixture
+def call(capfd, folder):
+    def go(*arguments):
+        status = frame.main(arguments)
+        out, err = capfd.readouterr()
+        return status, out, err
+
+    return go
+
+
+@pytest.mark.parametrize("command", frame.COMMANDS)
+def test_help_of_a_command_agrees_with_the_list(call, command):
+    status, out, err = call(*command.split(), "--help")
+    assert (status, err) == (0, "")
+    assert out.startswith(f"Usage: handclean {command} ")
+    assert frame.COMMANDS[command] in " ".join(out.split())
+    assert f"handclean {command}" in out.split("Example", 1)[1], "has an example"
+
+
+def test_help_lists_every_command(call):
+    status, out, _ = call("--help")
+    assert status == 0
+    for command, text in frame.COMMANDS.items():
+        if " " not in command:
+            assert f"{command} " in out
+            assert text[:30] in out
+
+
+def test_help_imports_nothing_heavy():
+    modules = [c.replace(" ", "_").replace("-", "_") for c in frame.COMMANDS]
+    imports = "".join(f"import handclean.cli.{name}\n" for name in modules)
+    code = f"{imports}import sys; print(*({HEAVY} & set(sys.modules)))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "\n"
+
+
+def test_the_version_is_that_of_the_package(call):
+    assert call("--version") == (0, f"handclean, version {__version__}\n", "")
+
+
+def test_without_a_command_help_is_shown_and_the_status_is_2(call):
+    status, out, err = call()
+    assert (status, out) == (2, "")
+    assert "Usage: handclean" in err
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("conver a.c3d", "No such command 'conver'. Did you mean 'convert'?"),
+        ("convert --outptu a", "No such option '--outptu'. Did you mean '--output'?"),
+        ("convert a.c3d --unit km", "'km' is not one of 'mm', 'cm', 'm'"),
+        ("convert a.c3d -j 0", "0 is not in the range x>=1"),
+        ("convert a.c3d", "-o: is missing"),
+        ("convert -o b.h5", "inputs: there are none"),
+        ("convert a.c3d -o b.h55", "did you mean .h5"),
+        ("convert a.c3d b.c3d -o b.h5", "-o should name a folder"),
+        ("convert a.c3d a.trc -o b", "would be written twice"),
+        ("convert a.h5 -o a.h5", "is read as well as written"),
+        ("convert --manifest none.csv -o b", "none.csv: no such file"),
+        ("convert a.c3d -o b.h5 --shard 3/2", "--shard should be I/N"),
+        ("convert a.c3d -o b.h5 -c none.toml", "none.toml: no such file"),
+        ("convert a.c3d -o b.h5 --require fram<=1", "no figure is called 'fram'"),
+        ("convert a.c3d -o b.h5 --failed none/f", "--failed should name a file"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(call, line, said):
+    status, out, err = call(*line.split())
+    assert (status, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+    assert list(Path().iterdir()) == []
+
+
+def test_a_misspelt_key_of_a_configuration_is_one_line_and_status_2(call):
+    Path("my.toml").write_text("[fil-gaps]\nmax_gap_s = 1.0\n")
+    status, _, err = call("convert", "a.c3d", "-o", "b.h5", "-c", "my.toml")
+    assert status == 2
+    assert err.startswith("my.toml: no table is called 'fil-gaps';")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (UsageError("x: is\nwrong"), 2, "x: is wrong\n"),
+        (OSError(28, "No space left", "f.h5"), 1, "f.h5: no space left\n"),
+        (
+            KeyError("x"),
+            1,
+            "handclean: internal error, please report it: KeyError: 'x'\n",
+        ),
+    ],
+)
+def test_no_error_is_a_traceback(call, monkeypatch, error, status, said):
+    def fail(*arguments):
+        raise error
+
+    monkeypatch.setattr(frame.cli, "invoke", fail)
+    assert call("warm") == (status, "", said)
+
+
+def test_python_m_handclean_is_handclean(handclean):
+    done = handclean("--version")
+    assert (done.returncode, done.stdout) == (0, f"handclean, version {__version__}\n")
+
+
+def test_every_command_has_its_module_and_its_step():
+    for command in frame.COMMANDS:
+        name = command.replace(" ", "_").replace("-", "_")
+        assert (
+            import_module(f"handclean.cli.{name}").command.name == command.split()[-1]
+        )

@@ -1,0 +1,65 @@
+"""A step that does what its input says: counts its words, or fails in some way."""
+
+import json
+import os
+import signal
+import time
+from pathlib import Path
+
+import h5py
+
+from handclean.errors import FileError
+from handclean.pipeline import chance
+from handclean.pipeline.outcome import Outcome
+
+FIGURES = {"words": "words of the input", "draw": "a random number", "gap": "unknown"}
+
+
+def tally(source, settings):
+    if isinstance(source, tuple):
+        text = " ".join(part.path.read_text() for part in source)
+        rng = chance.rng(*source)
+    else:
+        text = source.path.read_text()
+        rng = chance.rng(source)
+    words = text.split()
+    act(source, *words[:2])
+    figures = {"words": len(words), "draw": rng.random(), "gap": float("nan")}
+
+    def write(path, provenance):
+        if path.suffix == ".h5":
+            with h5py.File(path, "w") as file:
+                file["provenance"] = json.dumps(provenance)
+                file["text"] = text
+            return
+        path.write_text(text.upper())
+        if words[:1] == ["linger"]:
+            Path(words[1]).touch()
+            time.sleep(60)
+        if words[:1] == ["full"]:
+            raise OSError(28, "No space left on device", str(path))
+
+    warnings = ("is odd",) if "odd" in words else ()
+    return Outcome(
+        line=f"{len(words)} words",
+        figures=figures,
+        warnings=warnings,
+        writers=(write,) if settings != "print" else (),
+    )
+
+
+def act(source, word="", argument=""):
+    if word == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if word == "exit":
+        os._exit(7)
+    if word == "wrong":
+        raise FileError(source.path, "is wrong", "it should be right")
+    if word == "bug":
+        raise ZeroDivisionError("two\nlines")
+    if word == "memory":
+        raise MemoryError
+    if word == "slow":
+        time.sleep(float(argument))
+    if word == "prints":
+        os.write(1, b"noise")

@@ -1,0 +1,330 @@
+"""Many inputs: every one is reported, none stops the others, nothing half-written."""
+
+import csv
+import os
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import h5py
+import pytest
+
+from handclean.errors import UsageError
+from handclean.pipeline import many, plan
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.execute import execute
+
+
+def tree(folder):
+    """Bytes of every file of a folder, hidden ones too, by name."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(Path(folder).rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_each_input_gives_its_output_and_one_line(inputs, run):
+    paths = inputs(a="one", b="one two")
+    status, objects, err = run(*paths, output="out", format=".csv")
+    assert status == 0
+    assert [(o["input"], o["output"], o["words"]) for o in objects] == [
+        ("in/a.txt", "out/a.csv", 1),
+        ("in/b.txt", "out/b.csv", 2),
+    ]
+    assert all(o["status"] == "done" and o["error"] is None for o in objects)
+    assert all(o["seconds"] >= 0 and o["gap"] is None for o in objects)
+    assert Path("out/b.csv").read_text() == "ONE TWO"
+    assert sorted(tree("out")) == [
+        "a.csv", "a.csv.made.json", "b.csv", "b.csv.made.json",
+    ]  # fmt: skip
+    assert err == ""
+
+
+def test_text_has_one_line_per_result(inputs, run):
+    paths = inputs(a="one", b="wrong", c="one odd")
+    status, lines, err = run(*paths, output="out", json=False)
+    assert status == 1
+    assert lines == ["in/a.txt -> out/a.h5: 1 words", "in/c.txt -> out/c.h5: 2 words"]
+    assert err.splitlines() == [
+        "in/b.txt: is wrong; it should be right",
+        "in/c.txt: warning: is odd",
+    ]
+
+
+def test_quiet_keeps_warnings_back_but_not_errors(inputs, run):
+    _, _, err = run(*inputs(a="odd", b="wrong"), output="out", quiet=True)
+    assert err == "in/b.txt: is wrong; it should be right\n"
+
+
+def test_whatever_happens_to_one_input_the_others_are_done(inputs, run):
+    paths = inputs(
+        a="fine", b="wrong", c="killed", d="exit", e="bug", f="memory", g="full", h="ok"
+    )
+    status, objects, err = run(*paths, Path("in/none.txt"), output="out", format=".csv")
+    assert status == 1
+    said = {Path(o["input"]).stem: o["error"] for o in objects}
+    assert list(said) == [*"abcdefgh", "none"]
+    assert said["a"] is None
+    assert said["h"] is None
+    assert "is wrong" in said["b"]
+    assert "killed (SIGKILL)" in said["c"]
+    assert "ended with status 7" in said["d"]
+    assert "internal error" in said["e"]
+    assert "ZeroDivisionError: two lines" in said["e"]
+    assert "not enough memory" in said["f"]
+    assert "no space left on device" in said["g"]
+    assert said["none"] == "in/none.txt: there is no such file"
+    assert len(err.splitlines()) == 7
+    assert "Traceback" not in err
+    assert sorted(tree("out")) == [
+        "a.csv", "a.csv.made.json", "h.csv", "h.csv.made.json",
+    ]  # fmt: skip
+
+
+def test_results_depend_neither_on_jobs_nor_on_shards(inputs, run, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    texts = {f"S{i % 2}__t{i}": f"slow 0.0{9 - i} {i}" for i in range(7)}
+    paths = inputs(**texts)
+    _, one, _ = run(*paths, output="one")
+    _, four, _ = run(*paths, output="four", jobs=4)
+    shards = [run(*paths, output="parts", shard=f"{i}/3")[1] for i in (1, 2, 3)]
+    assert [len(part) for part in shards] == [3, 2, 2]
+    assert tree("one") == tree("four") == tree("parts")
+    assert sorted(tree("one"))[0] == "S0/t0.h5"
+    assert (
+        [o["input"] for o in one] == [o["input"] for o in four] == list(map(str, paths))
+    )
+    assert len({o["draw"] for o in one}) == 7
+
+
+def test_without_a_source_date_only_the_time_in_the_record_differs(inputs, run):
+    paths = inputs(a="one two")
+    run(*paths, output="one", format=".csv")
+    time.sleep(1.1)
+    run(*paths, output="two", format=".csv")
+    one, two = tree("one"), tree("two")
+    assert one["a.csv"] == two["a.csv"]
+    differing = [
+        (a, b)
+        for a, b in zip(
+            one["a.csv.made.json"].splitlines(),
+            two["a.csv.made.json"].splitlines(),
+            strict=True,
+        )
+        if a != b
+    ]
+    assert [a.split(b":")[0].strip() for a, _ in differing] == [b'"made"']
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".h5"])
+def test_a_rerun_skips_what_it_made_and_touches_it(inputs, run, suffix):
+    (path,) = inputs(a="one odd")
+    output = Path("out.h5").with_suffix(suffix)
+    _, (first,), _ = run(path, output=str(output))
+    before = output.read_bytes()
+    os.utime(output, (1, 1))
+    status, (again,), err = run(path, output=str(output))
+    assert status == 0
+    assert again["status"] == "skipped"
+    assert output.stat().st_mtime > time.time() - 60
+    assert output.read_bytes() == before
+    assert {**again, "status": "done", "seconds": 0} == {**first, "seconds": 0}
+    assert "is odd" in err
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 1},
+        {"word": "linear"},
+        {"side": "left"},
+        {"rate_hz": 120.0},
+        {"marker_set": "han19"},
+        {"subjects": (Path("subject.h5"),)},
+        {"files": {"prior": Path("subject.h5")}},
+    ],
+    ids=str,
+)
+def test_a_rerun_that_is_not_the_same_replaces_what_it_made(inputs, folder, change):
+    (path,) = inputs(a="one")
+    Path("subject.h5").write_bytes(b"who")
+    given = dict(change)
+    settings = Settings(word=given.pop("word", "cubic"))
+    assert once(path, Batch(), Settings(word="cubic")) == "done"
+    assert once(path, Batch(**given), settings) == "done"
+    assert once(path, Batch(**given), settings) == "skipped"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    word: str
+
+
+def once(path, batch, settings):
+    """Status of doing ``path`` with these settings."""
+    batch = replace(batch, inputs=(path,), output="out.csv")
+    (task,) = plan.mapping(batch, plan.lines_of(batch), (".csv",))
+    work = Work(command="tally", step="tally", settings=settings, seed=batch.seed)
+    return execute(work, task).status
+
+
+def test_a_changed_input_is_done_again(inputs, run):
+    run(*inputs(a="one"), output="out.csv")
+    _, (o,), _ = run(*inputs(a="one two"), output="out.csv")
+    assert (o["status"], Path("out.csv").read_text()) == ("done", "ONE TWO")
+
+
+def test_overwrite_makes_an_output_anew(inputs, run):
+    paths = inputs(a="one")
+    run(*paths, output="out.csv")
+    assert run(*paths, output="out.csv", overwrite=True)[1][0]["status"] == "done"
+
+
+@pytest.mark.parametrize("name", ["out.csv", "out.h5"])
+def test_a_file_handclean_did_not_make_is_refused(inputs, run, name):
+    paths = inputs(a="one")
+    if name.endswith(".h5"):
+        with h5py.File(name, "w") as file:
+            file["mine"] = 1
+    else:
+        Path(name).write_text("mine")
+    before = Path(name).read_bytes()
+    status, (o,), _ = run(*paths, output=name)
+    assert status == 1
+    assert "--overwrite replaces it" in o["error"]
+    assert Path(name).read_bytes() == before
+    assert run(*paths, output=name, overwrite=True)[0] == 0
+    assert run(*paths, output=name)[1][0]["status"] == "skipped"
+
+
+def test_an_output_that_was_edited_is_no_longer_handcleans(inputs, run):
+    paths = inputs(a="one")
+    run(*paths, output="out.csv")
+    Path("out.csv").write_text("edited by hand")
+    status, _, _ = run(*paths, output="out.csv")
+    assert status == 1
+    assert Path("out.csv").read_text() == "edited by hand"
+
+
+@pytest.mark.parametrize("make", [os.mkdir, os.mkfifo], ids=["folder", "pipe"])
+def test_an_output_that_is_no_file_is_refused(inputs, run, make):
+    inputs(a="one")
+    make("taken.csv")
+    Path("list.csv").write_text("input,output\nin/a.txt,taken.csv\n")
+    status, (o,), _ = run(manifest="list.csv", overwrite=True)
+    assert status == 1
+    assert o["error"] == "taken.csv: is not a file; name one that can be written"
+
+
+def test_a_failing_input_makes_no_folder(inputs, run):
+    status, _, _ = run(*inputs(a="full"), output="new/deep/out.csv")
+    assert status == 1
+    assert not Path("new").exists()
+    assert list(Path().glob(".handclean*")) == []
+
+
+def test_an_output_behind_a_link_goes_where_the_link_leads(inputs, run):
+    Path("real").mkdir()
+    Path("out.csv").symlink_to("real/out.csv")
+    assert run(*inputs(a="one"), output="out.csv")[0] == 0
+    assert Path("out.csv").is_symlink()
+    assert Path("real/out.csv").read_text() == "ONE"
+    assert run(*inputs(a="one"), output="out.csv")[1][0]["status"] == "skipped"
+
+
+def test_fail_fast_begins_nothing_more_but_hides_nothing(inputs, run):
+    paths = inputs(a="one", b="wrong", c="one", d="one")
+    status, objects, _ = run(*paths, output="out", fail_fast=True, failed=Path("f.csv"))
+    assert status == 1
+    assert [o["status"] for o in objects] == ["done", "failed", "failed", "failed"]
+    assert "not begun" in objects[2]["error"]
+    rows = csv.DictReader(Path("f.csv").read_text().splitlines())
+    assert [row["input"] for row in rows] == [str(path) for path in paths[1:]]
+    assert sorted(tree("out")) == ["a.h5"]
+
+
+def test_the_list_of_failed_inputs_is_a_manifest_that_puts_them_in_place(inputs, run):
+    paths = inputs(S01__a="one", S02__a="wrong", S02__b="one")
+    failed = Path("failed.csv")
+    run(*paths, output="out", failed=failed)
+    assert failed.read_text() == (
+        "input,output,subject,marker_set,side\nin/S02/a.txt,out/S02/a.h5,,,\n"
+    )
+    inputs(S02__a="right now")
+    status, objects, _ = run(manifest="failed.csv", failed=failed)
+    assert status == 0
+    assert [o["output"] for o in objects] == ["out/S02/a.h5"]
+    assert failed.read_text() == "input,output,subject,marker_set,side\n"
+    assert run(manifest="failed.csv") == (0, [], "")
+
+
+def test_a_requirement_that_is_not_met_exits_3(inputs, run):
+    paths = inputs(a="one", b="one two")
+    status, objects, err = run(*paths, output="out", require=("words<=1", "words > 0"))
+    assert status == 3
+    assert len(objects) == 2
+    assert err == "in/b.txt: words is 2, required <= 1\n"
+    assert run(*paths, output="out", require=("words<=1",))[0] == 3, (
+        "skipped counts too"
+    )
+    assert run(*paths, output="out", require=("words<=2",))[0] == 0
+    assert run(*paths, output="out", require=("gap<=2",))[0] == 3, "unknown is not met"
+
+
+def test_a_failure_outranks_a_requirement(inputs, run):
+    paths = inputs(a="one two", b="wrong")
+    assert run(*paths, output="out", require=("words<=1",))[0] == 1
+
+
+def test_a_requirement_on_no_figure_is_refused_before_anything_is_done(inputs, run):
+    with pytest.raises(
+        UsageError, match="no figure is called 'word'; did you mean words"
+    ):
+        run(*inputs(a="one"), output="out", require=("word<=1",))
+    assert not Path("out").exists()
+
+
+def test_what_a_step_prints_does_not_meet_the_results(inputs, run):
+    paths = inputs(a="prints", b="prints")
+    status, objects, err = run(*paths, output="out", jobs=2)
+    assert status == 0
+    assert len(objects) == 2
+    assert err == "noisenoise"
+
+
+def test_a_step_without_outputs_writes_none(inputs, run):
+    status, (o,), _ = run(*inputs(a="one"), settings="print", suffixes=())
+    assert (status, o["output"], o["words"]) == (0, None, 1)
+    assert sorted(tree(".")) == ["in/a.txt"]
+
+
+def test_reducing_gives_one_output_for_all(inputs, capfd):
+    paths = inputs(a="one", b="two words")
+    batch = Batch(inputs=paths, output="all.csv")
+    work = Work(command="tally", step="tally")
+    assert many.reduce(work, batch, (".csv",)) == 0
+    assert capfd.readouterr().out == "2 inputs -> all.csv: 3 words\n"
+    assert Path("all.csv").read_text() == "ONE TWO WORDS"
+    assert many.reduce(work, batch, (".csv",)) == 0
+    assert "skipped" in capfd.readouterr().out
+    inputs(b="two more words")
+    assert many.reduce(work, batch, (".csv",)) == 0
+    assert "skipped" not in capfd.readouterr().out
+
+
+def test_jobs_default_to_what_slurm_grants(inputs, run, monkeypatch):
+    paths = inputs(a="slow 0.5", b="slow 0.5")
+    monkeypatch.setenv("SLURM_CPUS_PER_TASK", "many")
+    with pytest.raises(UsageError, match="SLURM_CPUS_PER_TASK"):
+        run(*paths, output="out")
+    monkeypatch.setenv("SLURM_CPUS_PER_TASK", "2")
+    assert run(*paths, output="out")[0] == 0
+
+
+def test_the_list_of_failed_inputs_never_overwrites_an_input(inputs, run):
+    paths = inputs(a="one")
+    with pytest.raises(UsageError, match="also an input"):
+        run(*paths, output="out", failed=paths[0])
+    with pytest.raises(UsageError, match="--failed should name a file"):
+        run(*paths, output="out", failed=Path("none/failed.csv"))
