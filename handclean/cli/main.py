@@ -14,7 +14,7 @@ import click
 from click.exceptions import ClickException, Exit, NoArgsIsHelpError, UsageError
 
 from handclean import __version__
-from handclean.errors import HandcleanError
+from handclean.errors import HandcleanError, UnknownSettingError
 from handclean.pipeline import interrupts
 from handclean.pipeline.interrupts import Interrupted
 
@@ -51,6 +51,15 @@ class LazyGroup(click.Group):
         command = import_module(f"handclean.cli.{module}").command
         assert isinstance(command, click.Command)
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find a command; a name that is none gets a suggestion."""
+        if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            known = self.list_commands(ctx)
+            raise UnknownSettingError(ctx.command_path, "command", args[0], known)
+        return super().resolve_command(ctx, args)
 
     def format_commands(
         self, ctx: click.Context, formatter: click.HelpFormatter

@@ -114,7 +114,6 @@ marker_set = click.option(
 side = click.option(
     "--side",
     type=click.Choice(["left", "right", "both"]),
-    default="",
     help="Which hand it is.",
 )
 jobs = click.option(
@@ -175,7 +174,8 @@ def batch(*groups: Sequence[Decorator]) -> Decorator:
         @functools.wraps(function)
         def wrapper(**given: Any) -> Any:
             values = {name: given.pop(name) for name in own & given.keys()}
-            return function(batch=Batch(**values), **given)
+            given_values = {k: v for k, v in values.items() if v is not None}
+            return function(batch=Batch(**given_values), **given)
 
         return _add(wrapper, [option for group in groups for option in group])
 

@@ -60,8 +60,9 @@ def in_workers(
         with held_back():
             for worker in busy + idle:
                 worker.process.kill()
-            for worker in busy:
+            for worker in busy + idle:
                 worker.process.join()
+            for worker in busy:
                 outputs.clean(tasks[worker.index])
 
 

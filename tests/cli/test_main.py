@@ -65,7 +65,10 @@ def test_without_a_command_help_is_shown_and_the_status_is_2(call):
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("conver a.c3d", "No such command 'conver'. Did you mean 'convert'?"),
+        (
+            "conver a.c3d",
+            "handclean: no command is called 'conver'; did you mean convert?",
+        ),
         ("convert --outptu a", "No such option '--outptu'. Did you mean '--output'?"),
         ("convert a.c3d --unit km", "'km' is not one of 'mm', 'cm', 'm'"),
         ("convert a.c3d -j 0", "0 is not in the range x>=1"),

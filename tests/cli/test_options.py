@@ -37,6 +37,10 @@ def call(folder, monkeypatch):
     return go
 
 
+def words(line):
+    return line.split()
+
+
 def test_options_that_are_not_given_are_the_defaults(call):
     batch, settings = call()
     assert batch == Batch()
@@ -45,9 +49,9 @@ def test_options_that_are_not_given_are_the_defaults(call):
 
 def test_every_shared_option_reaches_the_batch(call):
     batch, _ = call(
-        *"a.c3d b.c3d -o out --format CSV --subject l.h5 --subject r.h5".split(),
-        *"--marker-set han19 --side both --rate 120 --unit mm --manifest -".split(),
-        *"-j 3 --shard 2/5 --fail-fast --failed f.csv --overwrite --seed 7".split(),
+        *words("a.c3d b.c3d -o out --format CSV --subject l.h5 --subject r.h5"),
+        *words("--marker-set han19 --side both --rate 120 --unit mm --manifest -"),
+        *words("-j 3 --shard 2/5 --fail-fast --failed f.csv --overwrite --seed 7"),
         *["--require", "words<=1", "--require", "draw>0", "--json", "-q", "-v"],
         "--lenient",
     )
@@ -77,8 +81,8 @@ def test_every_shared_option_reaches_the_batch(call):
 
 def test_every_setting_is_an_option(call):
     _, settings = call(
-        *"--method by-ear --max-gap-s 2 --times 3 --aloud --words a --words b".split(),
-        *"--between 1 2.5".split(),
+        *words("--method by-ear --max-gap-s 2 --times 3 --aloud --words a --words b"),
+        *words("--between 1 2.5"),
     )
     assert settings == program.TallyConfig(
         method="by-ear",

@@ -11,7 +11,7 @@ import pytest
 
 def wait_for(path, process):
     for _ in range(600):
-        if path.exists():
+        if path.exists() and path.stat().st_size:
             return
         assert process.poll() is None, process.communicate()
         time.sleep(0.05)
@@ -40,7 +40,8 @@ def test_workers_leave_nothing_half_written(program, write, to_all):
         "tally", *names, "-o", "out", "--format", "csv", "-j2", "--failed", "f.csv",
         start_new_session=True,
     )  # fmt: skip
-    wait_for(Path("started2"), process)
+    for name in ("started", "started2"):
+        wait_for(Path(name), process)
     (os.killpg if to_all else os.kill)(process.pid, signal.SIGTERM)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 143
@@ -52,8 +53,9 @@ def test_workers_leave_nothing_half_written(program, write, to_all):
     ]  # fmt: skip
     rows = csv.DictReader(Path("f.csv").read_text().splitlines())
     assert [row["input"] for row in rows] == ["b.txt", "c.txt", "d.txt"]
-    with pytest.raises(ProcessLookupError):  # no worker lives on
-        os.killpg(process.pid, 0)
+    for worker in ("started", "started2"):  # none lives on
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(Path(worker).read_text()), 0)
 
 
 def test_a_signal_that_is_ignored_stays_ignored(program, write):
@@ -71,5 +73,6 @@ def test_a_reader_that_leaves_early_is_no_reason_to_complain(program, write):
     names = write(a="one", b="one", c="one")
     process = program("tally", *names, "-o", "out")
     process.stdout.close()
-    assert process.stderr.read() == ""
-    assert process.wait(timeout=20) == 141
+    with process:
+        assert process.stderr.read() == ""
+    assert process.returncode == 141

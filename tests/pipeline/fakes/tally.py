@@ -34,7 +34,7 @@ def tally(source, settings):
             return
         path.write_text(text.upper())
         if words[:1] == ["linger"]:
-            Path(words[1]).touch()
+            Path(words[1]).write_text(str(os.getpid()))
             time.sleep(60)
         if words[:1] == ["full"]:
             raise OSError(28, "No space left on device", str(path))
