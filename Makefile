@@ -1,0 +1,68 @@
+# Everything runs in .venv, which the first target that needs it sets up from
+# requirements-lock.txt; all it takes is make and a Python >= 3.11.
+# Paths are relative, so the folder may have spaces in its name.
+
+PYTHON ?= python3
+RUN := .venv/bin/python
+READY := .venv/ready
+FAST := not slow and not bench
+PLAIN := $(wildcard tests/kernels tests/numerics)
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check slow bench samples data configs format again
+
+help: ## show this
+	@echo "handclean: offline cleaner of optical hand motion capture"
+	@echo
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+
+test: check ## check, all fast tests compiled, and some again as plain Python
+	OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n 2 -m "$(FAST)"
+	OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 \
+		$(RUN) -m pytest -m "$(FAST) and not compiled" $(PLAIN)
+
+check: $(READY) ## formatting, lint, types
+	$(RUN) -m ruff format --check .
+	$(RUN) -m ruff check .
+	$(RUN) -m mypy
+
+slow: $(READY) ## the tests that take minutes
+	OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n 2 -m slow
+
+bench: $(READY) ## time it; writes tests/bench/RESULTS.md
+	$(RUN) tests/bench/run.py
+
+configs: $(READY) ## write configs/default.toml from the settings classes
+	mkdir -p configs
+	$(RUN) -m handclean.cli.tables configs/default.toml
+
+format: $(READY) ## format the code
+	$(RUN) -m ruff format .
+	$(RUN) -m ruff check --fix .
+
+# A virtual environment does not survive its folder being moved or renamed.
+ifneq ($(shell cat $(READY) 2>/dev/null),$(shell pwd))
+$(READY): again
+endif
+
+$(READY): requirements-lock.txt pyproject.toml
+	@for python in "$(PYTHON)" python3 python3.13 python3.12 python3.11 none; do \
+		if [ "$$python" = none ]; then \
+			echo "handclean needs Python 3.11 or newer and found none;" \
+				"make PYTHON=/path/to/python3 names one" >&2; \
+			exit 1; \
+		fi; \
+		"$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+			2>/dev/null && break; \
+	done; \
+	echo "setting up .venv with $$("$$python" --version), which takes a minute"; \
+	rm -rf .venv && "$$python" -m venv .venv || { \
+		rm -rf .venv; \
+		echo "$$python cannot make a virtual environment;" \
+			"on Debian and Ubuntu: apt install python3-venv" >&2; \
+		exit 1; \
+	}
+	@$(RUN) -m pip install --quiet --disable-pip-version-check -r requirements-lock.txt
+	@$(RUN) -m pip install --quiet --disable-pip-version-check \
+		--no-deps --no-build-isolation --editable .
+	@pwd > $(READY)
