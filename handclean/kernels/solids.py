@@ -197,3 +197,65 @@ def sightlines(
                     if segment_meets_solid(p, q, kinds[o], sizes[o]):
                         seen = False
                 out[t, m, c] = seen
+
+
+@jit
+def capsule_gaps(
+    start: Floats,
+    stop: Floats,
+    radius: Floats,
+    frames: Floats,
+    kind: int,
+    size: Floats,
+    out: Floats,
+) -> None:
+    """Write how far capsules are from a solid, negative where they reach into it.
+
+    Parameters
+    ----------
+    start, stop : (T, L, 3) [m] ends of L capsules.
+    radius : (L,) [m]
+    frames : (T, 3, 4) the solid's frames, as in `into_frame`.
+    kind : of the solid; size : (4,) [m]
+    out : (T, L) [m], overwritten in full.
+    """
+    p, q = start[0, 0] * 0.0, start[0, 0] * 0.0
+    for t in range(start.shape[0]):
+        for k in range(radius.shape[0]):
+            into_frame(start[t, k], frames[t], p)
+            into_frame(stop[t, k], frames[t], q)
+            out[t, k] = segment_solid_distance(p, q, kind, size) - radius[k]
+
+
+@jit
+def hide_behind_markers(
+    markers: Floats, cameras: Floats, apart: float, out: Bools
+) -> None:
+    """Take out of a camera's sight the markers that stand behind another marker.
+
+    Parameters
+    ----------
+    markers : (T, M, 3) [m]
+    cameras : (C, 3) [m]
+    apart : [m] two images touch when their lines of sight come closer than this.
+    out : (T, M, C) what is seen so far; the farther marker of such a pair is taken out.
+    """
+    for t in range(markers.shape[0]):
+        for c in range(cameras.shape[0]):
+            for m in range(markers.shape[1]):
+                if not out[t, m, c]:
+                    continue
+                x = markers[t, m, 0] - cameras[c, 0]
+                y = markers[t, m, 1] - cameras[c, 1]
+                z = markers[t, m, 2] - cameras[c, 2]
+                far = math.sqrt(x * x + y * y + z * z)
+                x, y, z = x / far, y / far, z / far
+                for n in range(markers.shape[1]):
+                    u = markers[t, n, 0] - cameras[c, 0]
+                    v = markers[t, n, 1] - cameras[c, 1]
+                    w = markers[t, n, 2] - cameras[c, 2]
+                    along = u * x + v * y + w * z
+                    aside = u * u + v * v + w * w - along * along
+                    if along < far - 1e-9 and aside < apart * apart:
+                        out[t, m, c] = False
+                        break

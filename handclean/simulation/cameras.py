@@ -1,0 +1,99 @@
+"""Virtual cameras: which markers they see, and how well they measure them.
+
+Cameras stand around the table on two rings. A camera sees a marker when nothing stands
+on the line between them: no capsule of the hand or forearm, no object, no other marker
+nearer to the camera. The system reconstructs a marker that two cameras see.
+
+Every camera is calibrated a little wrong, so that its contribution to a point is off by
+a constant of its own; a point is the mean over the cameras that see it, plus noise that
+shrinks with their number. Points therefore jump a little when a camera loses them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats, Ints
+from handclean.kernels import solids
+from handclean.simulation.people import Person
+from handclean.simulation.scene import Scene
+
+LEAST = 2
+"""Cameras that must see a marker."""
+
+TOUCH = 0.0035
+"""[m] markers of 6 mm are one blob in an image when their lines come this close."""
+
+_USUAL = 6.0  # cameras that see a point on whose number ``noise_m`` is defined
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """C cameras.
+
+    Attributes
+    ----------
+    places : (C, 3) [m]
+    errors : (C, 3) what each adds to a point, in units of the noise.
+    """
+
+    places: Floats
+    errors: Floats
+
+
+def make_rig(count: int, rng: np.random.Generator) -> Rig:
+    """Put cameras around the table, two thirds of them high, one third low.
+
+    Parameters
+    ----------
+    count : at least two.
+    """
+    turn = 2.0 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
+    low = np.arange(count) % 3 == 1
+    height = np.where(low, 0.55, 1.45) + rng.normal(0.0, 0.08, count)
+    away = np.where(low, 1.5, 1.25) + rng.normal(0.0, 0.08, count)
+    places = np.column_stack([away * np.cos(turn), away * np.sin(turn) + 0.2, height])
+    return Rig(places=places, errors=rng.normal(0.0, 0.8, (count, 3)))
+
+
+def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
+    """(T, M, C) which cameras see which of (T, M, 3) markers."""
+    frames, count = markers.shape[:2]
+    start, stop = person.flesh.capsules(scene.poses)
+    has_object = scene.object_kind >= 0
+    kinds: Ints = np.array([scene.object_kind] if has_object else [], dtype=np.int64)
+    out = np.zeros((frames, count, len(rig.places)), dtype=bool)
+    solids.sightlines(
+        markers,
+        rig.places,
+        np.ascontiguousarray(start),
+        np.ascontiguousarray(stop),
+        person.flesh.radius,
+        scene.object_frames[:, None] if has_object else np.zeros((frames, 0, 3, 4)),
+        kinds,
+        scene.object_size[None] if has_object else np.zeros((0, 4)),
+        out,
+    )
+    solids.hide_behind_markers(markers, rig.places, TOUCH, out)
+    return out
+
+
+def measured(
+    markers: Floats, seen: Bools, rig: Rig, noise_m: float, rng: np.random.Generator
+) -> Floats:
+    """(T, M, 3) [m] what the cameras make of true places, NaN where too few see them.
+
+    Parameters
+    ----------
+    markers : (T, M, 3) [m]
+    seen : (T, M, C)
+    noise_m : [m] standard deviation per axis of a point that six cameras see.
+    """
+    count = seen.sum(axis=2)
+    some = np.maximum(count, 1)[:, :, None]
+    bias = seen.astype(np.float64) @ rig.errors / some
+    own = rng.lognormal(0.0, 0.25, (1, markers.shape[1], 1))
+    white = own * rng.normal(size=markers.shape) * np.sqrt(_USUAL / some)
+    points: Floats = markers + noise_m * (0.9 * white + bias)
+    points[count < LEAST] = np.nan
+    return points

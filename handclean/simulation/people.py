@@ -1,0 +1,218 @@
+"""Subjects: hands that differ from the template and from each other in every number.
+
+Length and breadth follow Greiner (1991), see ``handclean.hand.template``, men and
+women in equal shares. On top, each segment has a length of its own, each knuckle a
+place, each hinge axis points a few degrees elsewhere, and markers were glued on by
+eye, so that no scaling of the template reaches the subject.
+
+Skin. Bending a joint draws the skin over its back towards it from both sides: a marker
+at a distance d from the joint slides by a exp(-d / 15 mm) per quarter turn, with a of
+1 to 3 mm, a little askew. Markers over the ring and little knuckles sink as well, when
+those fingers bend and the palm hollows (the hand's bones being one rigid body here).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.hand.marker_set import MarkerSet
+from handclean.hand.model import Model, bone_rotations, marker_positions
+from handclean.hand.template import FINGERS, bone_frame, distal_length, template
+from handclean.simulation.flesh import Flesh, clothe
+from handclean.tree import JointTree
+
+_LENGTH = {"men": (0.1938, 0.0100), "women": (0.1805, 0.0091)}
+_BREADTH = {"men": (0.0904, 0.0042), "women": (0.0794, 0.0038)}
+_ALIKE = 0.55  # correlation of hand length and breadth within a sex
+
+_FADES = 0.015  # [m] how far from a joint its skin slides
+_SINKS = {"ring": 0.8e-3, "little": 1.6e-3}  # [m] per quarter turn of the knuckle
+_CLEARANCE = 0.0026  # [m] least distance of a marker's centre from the skin
+
+
+@dataclass(frozen=True, kw_only=True)
+class Person:
+    """A subject's left hand (the right is its mirror image) with a forearm.
+
+    Attributes
+    ----------
+    name : who.
+    tree : left hand with forearm; its limits are the template's.
+    reach : (D, 2) [rad] how far this person's joints go, within the limits.
+    habit : (D,) [rad] how this person's postures deviate from everybody's.
+    tempo : durations against the average.
+    flesh : the hand's capsules.
+    tips : [m] length of each finger's last segment.
+    markers : the markers as glued on, in the zero posture.
+    skin : (M, D, 3) [m/rad] how each marker slides, in its bone's frame.
+    """
+
+    name: str
+    tree: JointTree
+    reach: Floats
+    habit: Floats
+    tempo: float
+    flesh: Flesh
+    tips: dict[str, float]
+    markers: Model
+    skin: Floats
+
+
+def make_person(
+    name: str, marker_set: MarkerSet, rng: np.random.Generator, slide: float = 1.0
+) -> Person:
+    """Draw a subject wearing a marker set.
+
+    Parameters
+    ----------
+    slide : strength of skin sliding, 1 as on living hands, 0 none.
+    """
+    tree, ratio = _draw_tree(name, rng)
+    tips = {
+        finger: distal_length(tree, finger) * rng.lognormal(0.0, 0.05)
+        for finger in FINGERS
+    }
+    plump = tree.scale * rng.lognormal(0.0, 0.05)
+    flesh = clothe(tree, tips, plump)
+    markers = _glue(tree, marker_set, ratio, tips, flesh, rng)
+    middle = tree.limits.mean(axis=1, keepdims=True)
+    reach = middle + (tree.limits - middle) * rng.uniform(0.86, 0.98, tree.limits.shape)
+    return Person(
+        name=name,
+        tree=tree,
+        reach=reach,
+        habit=np.radians(rng.normal(0.0, 3.0, len(tree.hinges))),
+        tempo=float(rng.lognormal(0.0, 0.1)),
+        flesh=flesh,
+        tips=tips,
+        markers=markers,
+        skin=slide * _draw_skin(tree, markers, tips, rng),
+    )
+
+
+def _draw_tree(
+    name: str, rng: np.random.Generator
+) -> tuple[JointTree, dict[str, float]]:
+    """Draw a joint tree and how much longer than scaled each bone turned out."""
+    sex = "men" if rng.random() < 0.5 else "women"
+    one, two = rng.normal(size=2)
+    two = _ALIKE * one + np.sqrt(1.0 - _ALIKE**2) * two
+    length = _LENGTH[sex][0] + _LENGTH[sex][1] * np.clip(one, -2.2, 2.2)
+    breadth = _BREADTH[sex][0] + _BREADTH[sex][1] * np.clip(two, -2.2, 2.2)
+    tree = template("left", length, breadth, forearm=True, subject=name)
+    offsets, ratio = tree.offsets.copy(), dict.fromkeys(tree.bones, 1.0)
+    for b, bone in enumerate(tree.bones):
+        if b == 0 or bone == "forearm":
+            continue
+        factor = rng.lognormal(0.0, 0.035)
+        offsets[b] *= factor
+        if tree.parents[b] == 0:
+            offsets[b] += rng.normal(0.0, 0.0015, 3)
+        else:
+            ratio[tree.bones[tree.parents[b]]] = factor
+    axes = tree.axes + rng.normal(0.0, np.radians(2.5), tree.axes.shape)
+    fixed = tree.hinge_bone == tree.bone("hand")
+    axes[fixed] = tree.axes[fixed]
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    return replace(tree, offsets=offsets, axes=axes), ratio
+
+
+def _glue(
+    tree: JointTree,
+    marker_set: MarkerSet,
+    ratio: dict[str, float],
+    tips: dict[str, float],
+    flesh: Flesh,
+    rng: np.random.Generator,
+) -> Model:
+    """Stick the markers on, off by some millimetres but never inside the flesh."""
+    model = marker_set.on(tree)
+    at = model.at.copy()
+    for m, bone in enumerate(marker_set.bones):
+        frame = bone_frame(bone)
+        place = frame.T @ at[m]
+        finger = bone.split("_")[0]
+        if bone.endswith("distal"):
+            place[1] *= tips[finger] / distal_length(tree, finger)
+        else:
+            place[1] *= ratio[bone]
+        spread = 0.0015 if bone.endswith("distal") else 0.0020
+        place[:2] += np.clip(rng.normal(0.0, spread, 2), -2.5 * spread, 2.5 * spread)
+        place[2] += rng.normal(0.0, 0.0006)
+        own = flesh.bone == tree.bone(bone)
+        starts, stops = (
+            flesh.ends.at[: len(own)][own],
+            flesh.ends.at[len(own) :][own],
+        )
+        while _depth(frame @ place, starts, stops, flesh.radius[own]) < _CLEARANCE:
+            place[2] += 0.0002
+        at[m] = frame @ place
+    return replace(model, at=at)
+
+
+def _depth(point: Floats, starts: Floats, stops: Floats, radius: Floats) -> float:
+    """[m] How far a point is outside the nearest of some capsules."""
+    if not len(radius):
+        return np.inf
+    along = stops - starts
+    size = np.maximum((along**2).sum(axis=1), 1e-12)
+    share = np.clip(((point - starts) * along).sum(axis=1) / size, 0.0, 1.0)
+    foot = starts + share[:, None] * along
+    return float((np.linalg.norm(point - foot, axis=1) - radius).min())
+
+
+def _draw_skin(
+    tree: JointTree, markers: Model, tips: dict[str, float], rng: np.random.Generator
+) -> Floats:
+    """(M, D, 3) [m/rad] sliding of each marker with each hinge."""
+    skin = np.zeros((len(markers.labels), len(tree.hinges), 3))
+    quarter = np.pi / 2
+    for m, b in enumerate(markers.bone):
+        amount = rng.uniform(0.001, 0.003) / quarter
+        for d, hinge in enumerate(tree.hinges):
+            joint = tree.hinge_bone[d]
+            near = joint == b or tree.parents[joint] == b
+            if not near or not hinge.endswith("flexion") or joint == 0:
+                continue
+            here = np.zeros(3) if joint == b else tree.offsets[joint]
+            frame = bone_frame(tree.bones[joint])
+            towards = frame[:, 1] * (-1.0 if joint == b else 1.0)
+            askew = towards + rng.normal(0.0, 0.2, 3)
+            away = markers.at[m] - here
+            # along the skin, the height above the joint does not count
+            away = away - frame[:, 2] * (frame[:, 2] @ away)
+            fade = np.exp(-float(np.linalg.norm(away)) / _FADES)
+            skin[m, d] = amount * fade * askew
+            finger = hinge.split("_")[0]
+            if tree.bones[b] == "hand" and finger in _SINKS:
+                sink = np.exp(-float(np.linalg.norm(away)) / 0.02)
+                skin[m, d, 2] -= _SINKS[finger] / quarter * sink
+    return skin
+
+
+def true_markers(person: Person, poses: Floats) -> Floats:
+    """(T, M, 3) [m] where the markers are, skin and all, in (T, 7 + D) poses."""
+    bones = person.markers.bone
+    slid = np.einsum("td,mdi->tmi", poses[:, 7:], person.skin)
+    turns = bone_rotations(person.tree, poses)[:, bones]
+    places = marker_positions(person.markers, poses)
+    out: Floats = places + np.einsum("tmij,tmj->tmi", turns, slid)
+    return out
+
+
+def without_forearm(tree: JointTree) -> JointTree:
+    """Return the tree without its forearm and the wrist's two hinges."""
+    last = len(tree.bones) - 1
+    kept = tree.hinge_bone != last
+    return replace(
+        tree,
+        bones=tree.bones[:-1],
+        joints=tree.joints[:-1],
+        parents=tree.parents[:-1],
+        offsets=tree.offsets[:-1],
+        hinges=tuple(np.array(tree.hinges)[kept].tolist()),
+        hinge_bone=tree.hinge_bone[kept],
+        axes=tree.axes[kept],
+        limits=tree.limits[kept],
+    )

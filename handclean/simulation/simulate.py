@@ -1,0 +1,363 @@
+"""Takes with known truth: the entry of the simulation.
+
+A take is made in two steps: a scene (subject, motion, object) and its capture (skin,
+cameras, noise, losses, ghosts, columns). Trial k of a seed is the same however many
+trials are made, and a right hand's take is the mirror image of the left hand's.
+"""
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from handclean.arrays import Bools, Floats
+from handclean.errors import FileError, UnknownNameError, UsageError
+from handclean.hand.marker_set import MarkerSet, load_marker_set
+from handclean.hand.model import bone_rotations
+from handclean.hand.subject import Subject
+from handclean.recording import (
+    Motion,
+    Points,
+    Recording,
+    Trajectories,
+    motion_from_poses,
+    trajectories,
+)
+from handclean.simulation import cameras, ghosts, losses
+from handclean.simulation.columns import Columns, assign_columns
+from handclean.simulation.exercises import free_scene, rom_scene
+from handclean.simulation.ghosts import Ghost
+from handclean.simulation.grasping import grasp_scene
+from handclean.simulation.grasps import GRASPS
+from handclean.simulation.people import (
+    Person,
+    make_person,
+    true_markers,
+    without_forearm,
+)
+from handclean.simulation.scene import Scene, quaternions
+from handclean.simulation.settings import SCENARIOS, SimulateConfig
+from handclean.tree import MIRROR, JointTree
+
+_DURATION_S = {"grasp": 5.0, "rom": 24.0, "free": 10.0, "demo": 4.0}
+_SUBJECT, _TRIAL, _RIG = 1, 2, 3  # what a seed's streams of numbers are for
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """One take, raw, labelled and true.
+
+    Attributes
+    ----------
+    name : such as "S02_007_tripod".
+    unlabelled : what the system recorded, nothing named: points in columns.
+    labelled : the same points under their true names, gaps as NaN; ghosts unlabelled.
+    truth : every marker at its true place in every frame, the motion, the object.
+    subject : the hand with its true bone lengths, axes and marker places.
+    """
+
+    name: str
+    unlabelled: Recording
+    labelled: Recording
+    truth: Recording
+    subject: Subject
+
+
+def load_scenario(
+    scenario: str | Path, settings: SimulateConfig
+) -> tuple[str, SimulateConfig]:
+    """Kind of a scenario, and the settings with what it sets where they do not.
+
+    Parameters
+    ----------
+    scenario : a name or a TOML file with ``kind`` and any of the settings.
+
+    Raises
+    ------
+    UnknownNameError, FileError
+        If there is no such scenario, or its file says what nobody understands.
+    """
+    name = str(scenario)
+    if name in SCENARIOS:
+        if name == "demo":
+            settings = replace(settings, rate_hz=100.0, trials=1, subjects=1)
+        return name, settings
+    path = Path(scenario)
+    if path.suffix != ".toml":
+        raise UnknownNameError("simulate", "scenario", name, tuple(SCENARIOS))
+    try:
+        content: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise FileError(
+            path, "no such file", "give a scenario's name or file"
+        ) from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise FileError(path, f"not a scenario: {error}".splitlines()[0]) from None
+    kind = content.pop("kind", "grasp")
+    if kind not in SCENARIOS:
+        raise UnknownNameError(path, "kind of scenario", str(kind), tuple(SCENARIOS))
+    known, given = SimulateConfig.__dataclass_fields__, {}
+    for key, value in content.items():
+        if key not in known:
+            raise UnknownNameError(path, "setting", key, tuple(known))
+        want = type(getattr(settings, key))
+        value = tuple(value) if isinstance(value, list) else value
+        value = float(value) if want is float and type(value) is int else value
+        if type(value) is not want:
+            right = f"{key} should be a {want.__name__}"
+            raise FileError(path, f"{key} = {value!r}", right)
+        if getattr(settings, key) == getattr(SimulateConfig(), key):
+            given[key] = value
+    try:
+        return kind, replace(settings, **given)
+    except ValueError as error:
+        raise FileError(path, str(error)) from None
+
+
+def simulate(scenario: str | Path, settings: SimulateConfig) -> Iterator[Trial]:
+    """Make the takes of a scenario, one after the other.
+
+    Parameters
+    ----------
+    scenario : a name or a TOML file, see `load_scenario`.
+
+    Raises
+    ------
+    HandcleanError
+        If the scenario, marker set or a grasp class is unknown.
+    """
+    kind, settings = load_scenario(scenario, settings)
+    marker_set = load_marker_set(settings.marker_set)
+    if marker_set.kind != "hand":
+        raise UsageError(f"marker set {marker_set.name} is no hand's; name one that is")
+    for name in settings.grasps:
+        if name not in GRASPS:
+            raise UnknownNameError("simulate", "grasp class", name, tuple(GRASPS))
+    people: dict[int, Person] = {}
+    for number in range(settings.trials):
+        who = number % settings.subjects
+        if who not in people:
+            people[who] = make_subject(who, marker_set, settings)
+        yield make_trial(kind, number, people[who], marker_set, settings)
+
+
+def make_subject(
+    number: int, marker_set: MarkerSet, settings: SimulateConfig
+) -> Person:
+    """Subject of a number, the same for every scenario of a seed."""
+    rng = np.random.default_rng([settings.seed, _SUBJECT, number])
+    return make_person(f"S{number + 1:02d}", marker_set, rng, settings.slide)
+
+
+def make_trial(
+    kind: str,
+    number: int,
+    person: Person,
+    marker_set: MarkerSet,
+    settings: SimulateConfig,
+) -> Trial:
+    """Make the take of a number."""
+    streams = np.random.SeedSequence([settings.seed, _TRIAL, number]).spawn(2)
+    scene = _scene(kind, person, settings, np.random.default_rng(streams[0]))
+    rig = cameras.make_rig(
+        settings.cameras, np.random.default_rng([settings.seed, _RIG])
+    )
+    rng = np.random.default_rng(streams[1])
+    side = settings.side or marker_set.side
+    capture = _capture(person, scene, rig, settings, rng)
+    return _trial(
+        f"{person.name}_{number + 1:03d}_{scene.title}",
+        person,
+        scene,
+        capture,
+        side,
+        marker_set,
+        settings,
+    )
+
+
+def _scene(
+    kind: str, person: Person, settings: SimulateConfig, rng: np.random.Generator
+) -> Scene:
+    duration = settings.duration_s or _DURATION_S[kind]
+    frames = max(round(duration * settings.rate_hz), 2)
+    times = np.arange(frames) / settings.rate_hz
+    if kind == "rom":
+        return rom_scene(person, times, rng)
+    if kind == "free":
+        return free_scene(person, times, rng)
+    return grasp_scene(person, times, settings.grasps, rng)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Capture:
+    """What the cameras made of a scene, of a left hand.
+
+    Attributes
+    ----------
+    markers : (T, M, 3) [m] true places.
+    points : (T, M, 3) [m] measured places, NaN where missing.
+    """
+
+    markers: Floats
+    points: Floats
+    ghosts: list[Ghost]
+    columns: Columns
+
+
+def _capture(
+    person: Person,
+    scene: Scene,
+    rig: cameras.Rig,
+    settings: SimulateConfig,
+    rng: np.random.Generator,
+) -> _Capture:
+    markers = true_markers(person, scene.poses)
+    rate, noise = settings.rate_hz, settings.noise_m
+    by = np.ones((*markers.shape[:2], len(rig.places)), dtype=bool)
+    if settings.occlusion:
+        by = cameras.seen_by(person, scene, markers, rig)
+        # the calibration posture is taken in full view, as the paper demands
+        by[: losses.first_frames(rate)] |= ~_enough(by[: losses.first_frames(rate)])
+    seen = losses.dropouts(_enough(by)[:, :, 0], rate, settings.dropouts_per_s, rng)
+    seen[: losses.first_frames(rate)] = True
+    turns = bone_rotations(person.tree, scene.poses)[:, person.markers.bone]
+    found, seen = ghosts.impostors(
+        markers, turns, seen, rate, settings.impostors_per_s, noise, rng
+    )
+    found += ghosts.flashes(markers, rate, settings.ghosts_per_s, noise, rng)
+    points = cameras.measured(markers, by & seen[:, :, None], rig, noise, rng)
+    kept = np.isfinite(points[:, :, 0])
+    tracks = losses.tracks(kept, rate, rng)
+    columns = assign_columns(tracks, found, len(markers), markers.shape[1], rng)
+    return _Capture(markers=markers, points=points, ghosts=found, columns=columns)
+
+
+def _enough(by: Bools) -> Bools:
+    """(T, M, 1) whether enough cameras see each marker."""
+    return np.asarray(by.sum(axis=2, keepdims=True) >= cameras.LEAST)
+
+
+def _trial(
+    name: str,
+    person: Person,
+    scene: Scene,
+    capture: _Capture,
+    side: str,
+    marker_set: MarkerSet,
+    settings: SimulateConfig,
+) -> Trial:
+    mirror = MIRROR if side == "right" else np.ones(3)
+    left = person.tree if marker_set.forearm else without_forearm(person.tree)
+    tree = left if side == "left" else left.mirrored()
+    hidden = _ghost_points(capture)
+    hidden = replace(hidden, positions=hidden.positions * mirror)
+    named = trajectories(
+        capture.points * mirror,
+        marker_set.labels,
+        model=(side,) * len(marker_set.labels),
+        source=capture.columns.marker,
+        confidence=np.isfinite(capture.points[:, :, 0]).astype(np.float32),
+    )
+    whole = trajectories(
+        capture.markers * mirror,
+        marker_set.labels,
+        model=(side,) * len(marker_set.labels),
+    )
+    take = Recording(
+        rate=settings.rate_hz, frames=len(scene.times), first_frame=1, up_axis="+z"
+    )
+    motions, skeletons = _motions(scene, tree, side)
+    subject = Subject(
+        name=person.name,
+        model=replace(person.markers, tree=tree, at=person.markers.at * mirror),
+        marker_set=marker_set.name,
+        marker_sigma=np.full(len(marker_set.labels), settings.noise_m),
+    )
+    return Trial(
+        name=name,
+        unlabelled=replace(take, unlabelled=_all_points(named, hidden)),
+        labelled=replace(take, markers=named, unlabelled=hidden, events=scene.events),
+        truth=replace(
+            take,
+            markers=whole,
+            motions=motions,
+            skeletons=skeletons,
+            events=scene.events,
+        ),
+        subject=subject,
+    )
+
+
+def _ghost_points(capture: _Capture) -> Points:
+    """All ghosts as points sorted by frame."""
+    lives = [len(ghost.points) for ghost in capture.ghosts]
+    starts = [
+        ghost.start + np.arange(n)
+        for ghost, n in zip(capture.ghosts, lives, strict=True)
+    ]
+    frame = np.concatenate([*starts, np.zeros(0)]).astype(np.int32)
+    source = np.repeat(capture.columns.ghost, lives).astype(np.int32)
+    places = np.concatenate([*(g.points for g in capture.ghosts), np.zeros((0, 3))])
+    order = np.lexsort((source, frame))
+    return Points(frame=frame[order], source=source[order], positions=places[order])
+
+
+def _all_points(named: Trajectories, hidden: Points) -> Points:
+    """Markers and ghosts together, sorted by frame and column."""
+    assert named.source is not None
+    frame, marker = np.nonzero(named.measured)
+    frames = np.concatenate([frame.astype(np.int32), hidden.frame])
+    source = np.concatenate([named.source[frame, marker], hidden.source])
+    places = np.concatenate([named.positions[frame, marker], hidden.positions])
+    order = np.lexsort((source, frames))
+    return Points(frame=frames[order], source=source[order], positions=places[order])
+
+
+def _motions(
+    scene: Scene, tree: JointTree, side: str
+) -> tuple[dict[str, Motion], dict[str, JointTree]]:
+    """The hand's motion and the object's, mirrored for a right hand."""
+    poses = scene.poses[:, : 7 + len(tree.hinges)].copy()
+    frames = scene.object_frames.copy()
+    if side == "right":
+        poses[:, 0] *= -1.0
+        poses[:, 5:7] *= -1.0
+        frames = MIRROR[:, None] * frames * np.array([-1.0, 1.0, 1.0, 1.0])
+    motions = {side: motion_from_poses(tree.hinges, poses)}
+    skeletons = {side: tree}
+    if scene.object_kind >= 0:
+        motions["object"] = _object_motion(frames)
+        skeletons["object"] = _rigid(scene)
+    return motions, skeletons
+
+
+def _object_motion(frames: Floats) -> Motion:
+    """Motion of a rigid thing from (T, 3, 4) frames."""
+    turns = Rotation.from_matrix(frames[:, :, :3])
+    return Motion(
+        names=(),
+        angles=np.zeros((len(frames), 0)),
+        translation=frames[:, :, 3].copy(),
+        rotation=quaternions(turns),
+    )
+
+
+def _rigid(scene: Scene) -> JointTree:
+    return JointTree(
+        kind="rigid",
+        side="",
+        bones=("root",),
+        joints=("root",),
+        parents=np.array([-1]),
+        offsets=np.zeros((1, 3)),
+        hinges=(),
+        hinge_bone=np.zeros(0, dtype=np.int64),
+        axes=np.zeros((0, 3)),
+        limits=np.zeros((0, 2)),
+        subject=scene.title,
+    )
