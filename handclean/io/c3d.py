@@ -1,0 +1,239 @@
+"""C3D files: reading, writing, looking into them.
+
+Reading is handclean's own. The ``c3d`` package (0.6) is right about residuals, masks
+and all three processors, but it refuses 6 of the 24 c3d.org samples that the tests know
+(header and parameters that disagree, parameters of one name, an empty or a damaged
+parameter section, a TRIAL field of two dimensions), stops at 255 labels, and does not
+keep what rewriting needs: every byte it does not own. A second parser would be needed
+for these; one is enough. ``c3d`` and ``ezc3d`` are the tests' oracles instead, each for
+what it is right about.
+
+A recording read from C3D carries in ``parameters["c3d"]``
+
+==========  =======================================================================
+head        uint8, all bytes before the samples: header, parameters, as they were
+frames      (T, words) uint16 or uint32, the words of all frames as they were
+tail        uint8, what follows the samples
+points      points per frame
+loose       int32, the columns whose label names no marker; absent if there are none
+numbers     "float" or "integer"
+unit        POINT:UNITS, "mm" where it is missing
+groups      the parameters, decoded, for people
+==========  =======================================================================
+
+so that it can be written again, also after a stay in a session file, with everything
+untouched that no step has changed.
+"""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from handclean.errors import FileError
+from handclean.io.c3d_analog import read_analog
+from handclean.io.c3d_decode import (
+    PointColumns,
+    decisions,
+    decode_points,
+    oddities,
+    sort_columns,
+)
+from handclean.io.c3d_events import read_events
+from handclean.io.c3d_parameters import plain_values
+from handclean.io.c3d_samples import Tally
+from handclean.io.c3d_structure import Structure, open_c3d
+from handclean.io.c3d_write import encode_c3d
+from handclean.io.reading import METRES, settle_rate, settle_unit
+from handclean.recording import Event, Origin, Recording, Trajectories
+
+UNLABELLED_PATTERNS = (r"^\*\d+$", r"^[CU]_\d+$", r"(?i)^unlabel", r"^$")
+"""Regular expressions (searched) of labels that stand for no marker in particular."""
+
+
+def read_c3d(
+    path: Path | str,
+    *,
+    lenient: bool = False,
+    unlabelled: Sequence[str] = UNLABELLED_PATTERNS,
+    zeros_are_missing: bool = True,
+    unit: str | None = None,
+    rate: float | None = None,
+) -> Recording:
+    """Read a C3D file.
+
+    Parameters
+    ----------
+    lenient : take the whole frames of a truncated file, and say so in an event.
+    unlabelled : regular expressions of labels that name no marker; points of such
+        columns become `Recording.unlabelled`.
+    zeros_are_missing : points at exactly (0, 0, 0) count as missing; an event says how
+        many there were.
+    unit, rate : for files that do not say; must agree with those that do. Without
+        POINT:UNITS the format's own default, mm, holds.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read as C3D, or is truncated.
+    UsageError
+        If ``unit`` or ``rate`` contradicts the file, or a pattern is no expression.
+    """
+    path = Path(path)
+    structure = open_c3d(path, lenient)
+    hz = _rate(structure, rate)
+    name = settle_unit(path, structure.head.unit or unit or "mm", unit)
+    coding = structure.coding(METRES[name.lower()])
+    columns = sort_columns(structure, unlabelled)
+    tally = Tally()
+    markers, loose = decode_points(structure, coding, columns, tally, zeros_are_missing)
+    layout = structure.layout
+    events = [*structure.repairs, *decisions(tally, columns.labels, zeros_are_missing)]
+    if structure.head.unit is None and unit is None:
+        events.append("POINT:UNITS is missing: mm, the format's default, was taken")
+    return Recording(
+        rate=hz,
+        frames=layout.held,
+        first_frame=layout.first_frame,
+        up_axis=_up_axis(structure),
+        markers=markers,
+        unlabelled=loose,
+        events=tuple(Event(start=0, stop=layout.held, text=text) for text in events),
+        analog=read_analog(structure, hz),
+        parameters={"c3d": _kept(structure, name, columns)},
+        source_events=read_events(structure.head, layout.first_frame, hz),
+    )
+
+
+def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> None:
+    """Write a recording as C3D; see `handclean.io.c3d_write` for what becomes of it.
+
+    Raises
+    ------
+    FileError
+        If it holds no points, does not fit the format, or cannot be written.
+    """
+    where = target if isinstance(target, Path | str) else "C3D"
+    chunks = encode_c3d(recording, where)
+    if not isinstance(target, Path | str):
+        for chunk in chunks:
+            target.write(chunk)
+        return
+    try:
+        with open(target, "wb") as file:
+            for chunk in chunks:
+                file.write(chunk)
+    except OSError as error:
+        raise FileError(target, f"cannot be written ({error.strerror})") from None
+
+
+def inspect_c3d(path: Path | str) -> dict[str, Any]:
+    """Return what is in a file and what is odd about it, as plain JSON values.
+
+    A truncated file, an unknown unit and a rate of 0 are traps here, not errors.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read as C3D at all.
+    """
+    path = Path(path)
+    structure = open_c3d(path, lenient=True)
+    head, layout = structure.head, structure.layout
+    traps = [*structure.repairs, *structure.remarks]
+    unit = head.unit or "mm"
+    if head.unit is None:
+        traps.append("POINT:UNITS is missing: mm, the format's default, is taken")
+    elif unit.lower() not in METRES:
+        traps.append(f"POINT:UNITS is '{unit}', which is no unit known here")
+    rate = _stated_rate(structure)
+    if not rate > 0:
+        traps.append(f"POINT:RATE is {rate:g}")
+    columns = sort_columns(structure, UNLABELLED_PATTERNS)
+    tally = Tally()
+    coding = structure.coding(METRES.get(unit.lower(), 1.0))
+    markers, loose = decode_points(structure, coding, columns, tally, True)
+    traps += decisions(tally, columns.labels, True) + oddities(tally, coding)
+    if len(columns.outputs):
+        traps.append(f"{len(columns.outputs)} points are model outputs, not markers")
+    seen = {} if markers is None else _seen(markers)
+    hz = rate if rate > 0 else 1.0
+    analog = read_analog(structure, hz)
+    return {
+        "format": "c3d",
+        "processor": head.processor.label,
+        "numbers": "float" if layout.is_float else "integer",
+        "frames": layout.held,
+        "first_frame": layout.first_frame,
+        "rate": rate if rate > 0 else None,
+        "unit": unit,
+        "up_axis": _up_axis(structure),
+        "scale": head.scale if np.isfinite(head.scale) else None,
+        "points": layout.points,
+        "markers": list(seen),
+        "measured": seen,
+        "unlabelled_columns": len(columns.loose),
+        "unlabelled_points": 0 if loose is None else len(loose.frame),
+        "model_outputs": [columns.labels[i] for i in columns.outputs],
+        "analog": [] if analog is None else list(analog.labels),
+        "analog_rate": analog.rate if analog is not None and rate > 0 else None,
+        "events": [
+            {"time": e.time, "label": e.label, "context": e.context}
+            for e in read_events(head, layout.first_frame, hz)
+        ],
+        "groups": sorted(plain_values(head.section)),
+        "traps": traps,
+    }
+
+
+def _seen(markers: Trajectories) -> dict[str, int]:
+    """Measured samples by label; columns of one label add up."""
+    seen: dict[str, int] = {}
+    counts = np.count_nonzero(markers.origin == Origin.MEASURED, axis=0)
+    for label, number in zip(markers.labels, counts.tolist(), strict=True):
+        seen[label] = seen.get(label, 0) + number
+    return seen
+
+
+def _stated_rate(structure: Structure) -> float:
+    """[Hz] POINT:RATE, else the header's; NaN where it is no number."""
+    said = structure.head.section.numbers("POINT", "RATE")
+    rate = float(said[0]) if said.size else structure.head.header.rate
+    return rate if np.isfinite(rate) else np.nan
+
+
+def _rate(structure: Structure, option: float | None) -> float:
+    stated = _stated_rate(structure)
+    if not stated > 0 and option is None:
+        right = "it should be above 0 Hz; --rate HZ gives it"
+        raise FileError(structure.path, f"POINT:RATE is {stated:g}", right)
+    return settle_rate(structure.path, stated if stated > 0 else None, option)
+
+
+def _up_axis(structure: Structure) -> str:
+    """Axis that POINT:Y_SCREEN shows upwards, "" where it says nothing."""
+    said = structure.head.section.strings("POINT", "Y_SCREEN")
+    found = re.fullmatch(r"([+-]?)([xyz])", said[0].lower()) if said else None
+    return f"{found[1] or '+'}{found[2]}" if found else ""
+
+
+def _kept(structure: Structure, unit: str, columns: PointColumns) -> dict[str, Any]:
+    """Return what a rewrite needs, and the parameters for people."""
+    head = np.frombuffer(structure.head.raw, np.uint8)
+    kept: dict[str, Any] = {
+        "head": head,
+        "frames": structure.frames,
+        "points": structure.points,
+        "numbers": "float" if structure.layout.is_float else "integer",
+        "unit": unit,
+    }
+    if len(columns.loose):
+        kept["loose"] = columns.loose.astype(np.int32)
+    if structure.tail.size:
+        kept["tail"] = structure.tail
+    groups = plain_values(structure.head.section)
+    if groups:
+        kept["groups"] = groups
+    return kept
