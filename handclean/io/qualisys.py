@@ -97,10 +97,10 @@ def _header(
     keys: dict[str, list[str]] = {}
     events: list[tuple[str, int]] = []
     while (line := lines.peek()) is not None:
-        key = text(path, line.split(b"\t", 1)[0]).strip()
+        key = text(line.split(b"\t", 1)[0]).strip()
         if line.strip() and not (key.isupper() and key.replace("_", "").isalnum()):
             break
-        cells = [text(path, cell) for cell in lines.cells(b"\t")]
+        cells = [text(cell) for cell in lines.cells(b"\t")]
         if key == "EVENT" and len(cells) > 2 and re.fullmatch(r"[0-9]{1,9}", cells[2]):
             events.append((cells[1], int(cells[2])))
         elif key:

@@ -104,7 +104,7 @@ def load_text(path: Path) -> bytes:
     return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
-def text(path: Path, line: bytes) -> str:
+def text(line: bytes) -> str:
     """Decode a header line: UTF-8, else Latin-1 as older programs write it."""
     try:
         return line.decode("utf-8")
@@ -124,8 +124,9 @@ def positive(path: Path, name: str, value: str) -> float:
         number = float(value)
     except ValueError:
         number = math.nan
-    if not (math.isfinite(number) and number > 0):
-        raise FileError(path, f"{name} is '{value}'", "it should be a number above 0")
+    if not 1e-9 < number < 1e9:
+        right = "it should be a number above 0"
+        raise FileError(path, f"{name} is '{value[:20]}'", right)
     return number
 
 

@@ -138,7 +138,7 @@ def _comment(path: Path, lines: Lines) -> dict[str, Any]:
     """Read leading comment lines; what handclean's own says."""
     own: dict[str, Any] = {}
     while (line := lines.peek()) is not None and line.startswith(b"#"):
-        said = text(path, line)
+        said = text(line)
         if said.startswith(_MARK):
             try:
                 own = json.loads(said[len(_MARK) :])
@@ -172,10 +172,10 @@ def _column_names(path: Path, lines: Lines) -> tuple[list[str], bytes]:
     """Read the header line; its cells may be quoted."""
     line = lines.peek() or b""
     delimiter = max((b",", b";", b"\t"), key=line.count)
-    names = [text(path, cell) for cell in lines.cells(delimiter)]
+    names = [text(cell) for cell in lines.cells(delimiter)]
     if b'"' in line:
         try:
-            [names] = csv.reader([text(path, line)], delimiter=delimiter.decode())
+            [names] = csv.reader([text(line)], delimiter=delimiter.decode())
         except (csv.Error, ValueError):
             raise FileError(lines.where, "is no line of column names") from None
     names = [name.strip() for name in names]

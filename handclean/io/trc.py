@@ -92,8 +92,8 @@ def _header(path: Path, lines: Lines) -> dict[str, str]:
     if not kind or kind[0] != b"PathFileType":
         right = "a TRC file begins with 'PathFileType'"
         raise FileError(path, "is not a TRC file", right)
-    keys = [text(path, cell) for cell in lines.cells(b"\t") if cell]
-    values = [text(path, cell) for cell in lines.cells(b"\t") if cell]
+    keys = [text(cell) for cell in lines.cells(b"\t") if cell]
+    values = [text(cell) for cell in lines.cells(b"\t") if cell]
     stated = dict(zip(keys, values, strict=False))
     for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
         if key not in stated:
@@ -106,7 +106,7 @@ def _labels(
 ) -> list[str]:
     """Read the marker names and the line of coordinate names below them."""
     cells = lines.cells(b"\t")
-    labels = [text(path, cell) for cell in cells[2::3]]
+    labels = [text(cell) for cell in cells[2::3]]
     while labels and not labels[-1]:
         labels.pop()
     if len(cells) < 2 or not cells[0].lower().startswith(b"frame"):
