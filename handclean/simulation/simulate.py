@@ -100,7 +100,8 @@ def load_scenario(
     kind = content.pop("kind", "grasp")
     if kind not in SCENARIOS:
         raise UnknownNameError(path, "kind of scenario", str(kind), tuple(SCENARIOS))
-    known, given = SimulateConfig.__dataclass_fields__, {}
+    known = SimulateConfig.__dataclass_fields__
+    given: dict[str, Any] = {}
     for key, value in content.items():
         if key not in known:
             raise UnknownNameError(path, "setting", key, tuple(known))
