@@ -9,7 +9,9 @@ from pathlib import Path
 
 from handclean import config
 
-TABLES: dict[str, str] = {}
+TABLES: dict[str, str] = {
+    "solve": "handclean.ik.settings:SolveConfig",
+}
 """Table of the file and its settings class, as "module:class"; imported on demand."""
 
 

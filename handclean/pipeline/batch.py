@@ -77,8 +77,8 @@ class Source:
     @property
     def marker_set_file(self) -> Path | None:
         """The marker set as a file, or None when it is the name of a shipped one."""
-        is_file = self.marker_set.endswith(".toml") or "/" in self.marker_set
-        return Path(self.marker_set) if is_file else None
+        path = Path(self.marker_set)
+        return path if path.suffix == ".toml" else None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,35 @@
+"""``handclean warm``."""
+
+import json
+import time
+from importlib import import_module
+
+import click
+
+from handclean.cli import options
+from handclean.pipeline.batch import Batch
+
+
+@click.command("warm")
+@options.batch([options.as_json])
+def command(batch: Batch) -> int:
+    """Compile and cache the kernels, once per installation.
+
+    Without it they are compiled when a command first needs them. On a cluster, set
+    NUMBA_CACHE_DIR to a local disk.
+
+    \b
+    Example:
+        handclean warm
+    """
+    began = time.perf_counter()
+    figures = import_module("handclean.pipeline.warm").warm()
+    figures["seconds"] = round(time.perf_counter() - began, 3)
+    if batch.json:
+        click.echo(json.dumps({"status": "done", **figures}))
+    else:
+        text = (
+            "{compiled} kernels compiled, {loaded} loaded from {cache} in {seconds} s"
+        )
+        click.echo(text.format(**figures))
+    return 0

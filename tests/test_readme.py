@@ -1,0 +1,73 @@
+"""What the README shows exists: commands, options, targets of make, files."""
+
+import re
+import shlex
+from pathlib import Path
+
+import click
+import pytest
+
+from handclean.cli import main as frame
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(?:\w*)\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
+SEPARATORS = {"|", "||", "&&", ";", ">", ">>"}
+
+
+def commands():
+    """Every ``handclean ...`` of every block, as words after it."""
+    for block in BLOCKS:
+        for line in block.replace("\\\n", " ").splitlines():
+            lexer = shlex.shlex(line, posix=True, punctuation_chars="|&;")
+            lexer.whitespace_split = True
+            words = list(lexer)
+            for start in [i for i, word in enumerate(words) if word == "handclean"]:
+                rest = words[start + 1 :]
+                ends = [i for i, word in enumerate(rest) if word in SEPARATORS]
+                yield rest[: min(ends, default=len(rest))]
+
+
+def parse(words):
+    """Parse a command line as ``handclean`` would, without running it."""
+    command, context = frame.cli, click.Context(frame.cli, info_name="handclean")
+    while isinstance(command, frame.LazyGroup):
+        name, *words = words
+        command = command.get_command(context, name)
+        assert command is not None, f"no command is called {name}"
+        context = click.Context(command, parent=context, info_name=name)
+    command.make_context(context.info_name, words, parent=context.parent)
+
+
+SHOWN = list(commands())
+
+
+@pytest.mark.parametrize("words", SHOWN, ids=" ".join)
+def test_every_command_shown_parses(words, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    parse(words)
+
+
+def test_every_command_is_shown():
+    shown = {
+        " ".join(words[: len(c.split())]) for words in SHOWN for c in frame.COMMANDS
+    }
+    assert shown >= set(frame.COMMANDS)
+
+
+def test_every_target_of_make_that_is_shown_exists():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    shown = set(re.findall(r"\bmake ([a-z]+)\b", "\n".join(BLOCKS)))
+    shown |= set(re.findall(r"`make ([a-z]+)`", README))
+    assert {"demo", "test"} <= shown
+    for target in shown:
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+def test_every_file_of_this_project_that_is_named_is_there():
+    names = re.findall(
+        r"`((?:configs|requirements|tests|handclean)[\w/.-]*\.\w+)`", README
+    )
+    assert names
+    for name in names:
+        assert "PART" in name or (ROOT / name).exists(), name
