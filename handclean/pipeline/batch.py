@@ -58,12 +58,18 @@ class Batch:
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """One input with all that is given about it; fields as in `Batch`.
+    """One input with all that is given about it; other fields as in `Batch`.
 
-    ``sha256`` is the digest of its bytes where it has been taken, else "".
+    Attributes
+    ----------
+    path : the file; or, with ``is_file`` false, the name of something built in.
+    number : which one of those that are made from it, or None.
+    sha256 : digest of its bytes where that has been taken, else "".
     """
 
     path: Path
+    is_file: bool = True
+    number: int | None = None
     subjects: tuple[Path, ...] = ()
     marker_set: str = ""
     side: str = ""
@@ -73,6 +79,11 @@ class Source:
     files: Mapping[str, Path] = field(default_factory=dict)
     seed: int = 0
     sha256: str = ""
+
+    @property
+    def name(self) -> str:
+        """What to call it."""
+        return str(self.path) + ("" if self.number is None else f" {self.number}")
 
     @property
     def marker_set_file(self) -> Path | None:

@@ -32,7 +32,7 @@ class Console:
 
     def tell(self, task: Task, report: Report, unmet: Sequence[str]) -> None:
         """Tell the result of a task."""
-        where = str(task.sources[0].path)
+        where = task.sources[0].name
         if self._json:
             self._result(json.dumps(_object(task, report), allow_nan=False))
         elif report.status != "failed":
@@ -70,7 +70,7 @@ class Console:
 
 
 def _object(task: Task, report: Report) -> dict[str, Any]:
-    inputs = [str(source.path) for source in task.sources]
+    inputs = [source.name for source in task.sources]
     outputs = [str(path) for path in task.outputs]
     return {
         "input": inputs if task.reduces else inputs[0],
@@ -84,7 +84,7 @@ def _object(task: Task, report: Report) -> dict[str, Any]:
 
 
 def _line(task: Task, report: Report) -> str:
-    inputs = str(task.sources[0].path)
+    inputs = task.sources[0].name
     if task.reduces and len(task.sources) > 1:
         inputs = f"{len(task.sources)} inputs"
     arrow = f" -> {task.outputs[0]}" if task.outputs else ""

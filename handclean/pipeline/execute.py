@@ -5,7 +5,6 @@ import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import threadpoolctl
@@ -23,7 +22,7 @@ Step = Callable[[Any, Any], Outcome]
 def execute(work: Work, task: Task) -> Report:
     """Do one task; any failure is a report, except that of a signal."""
     started = time.perf_counter()
-    where = task.sources[0].path
+    where = task.sources[0].name
     try:
         report = _do(work, task)
     except HandcleanError as error:
@@ -69,7 +68,7 @@ def _do(work: Work, task: Task) -> Report:
             figures=made.get("figures", {}),
             warnings=tuple(made.get("warnings", ())),
         )
-    sources = tuple(replace(s, sha256=digests[s.path]) for s in task.sources)
+    sources = tuple(replace(s, sha256=digests.get(s.path, "")) for s in task.sources)
     outcome = _outcome(work, replace(task, sources=sources))
     entry = record.finished(begun, outcome)
     outputs.write(task, outcome, entry)
@@ -101,5 +100,4 @@ def _outcome(work: Work, task: Task) -> Outcome:
 def gone(task: Task, cause: str) -> Report:
     """Report a task whose worker is no more, and clear up after it."""
     outputs.clean(task)
-    where: Path = task.sources[0].path
-    return _failed(f"{where}: {cause}")
+    return _failed(f"{task.sources[0].name}: {cause}")

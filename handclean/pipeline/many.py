@@ -111,7 +111,7 @@ def _reports(
             console.ended()
             yield index, report
     for index in sorted(set(range(len(tasks))) - begun):
-        where = tasks[index].sources[0].path
+        where = tasks[index].sources[0].name
         error = f"{where}: not begun, as another input failed (--fail-fast)"
         yield index, Report(status="failed", error=error)
 

@@ -100,7 +100,7 @@ def expect_apart(
         for source in group
         for path in files_of(source).values()
     }
-    taken: dict[object, Path] = {}
+    taken: dict[object, str] = {}
     for output, group in zip(outputs, sources, strict=True):
         identity = _identity(output)
         if identity in read:
@@ -110,9 +110,9 @@ def expect_apart(
         if identity in taken:
             raise UsageError(
                 f"{output}: would be written twice, "
-                f"from {taken[identity]} and from {group[0].path}"
+                f"from {taken[identity]} and from {group[0].name}"
             )
-        taken[identity] = group[0].path
+        taken[identity] = group[0].name
 
 
 def expect_unused(path: Path, tasks: Iterable[Task]) -> None:
@@ -132,7 +132,7 @@ def expect_unused(path: Path, tasks: Iterable[Task]) -> None:
 
 def files_of(source: Source) -> dict[str, Path]:
     """List the files a source makes its step read, by their role."""
-    files = {"input": source.path}
+    files = {"input": source.path} if source.is_file else {}
     numbered = enumerate(source.subjects, start=1)
     files.update({f"subject {number}": path for number, path in numbered})
     if source.marker_set_file is not None:

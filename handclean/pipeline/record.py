@@ -67,18 +67,23 @@ def entry(work: Work, task: Task, digests: Mapping[Path, str]) -> dict[str, Any]
 
 
 def _items(source: Source, digests: Mapping[Path, str]) -> list[dict[str, Any]]:
+    files = files_of(source)
     items: list[dict[str, Any]] = [
         {"role": role.split()[0], "name": _name(path), "sha256": digests[path]}
-        for role, path in files_of(source).items()
+        for role, path in files.items()
     ]
+    if not source.is_file:
+        items.insert(0, {"role": "input", "built_in": str(source.path)})
     given = {
+        "number": source.number,
         "side": source.side,
         "rate_hz": source.rate_hz,
         "unit": source.unit,
-        "lenient": source.lenient,
+        "lenient": source.lenient or None,
         "marker_set": "" if source.marker_set_file else source.marker_set,
     }
-    items[0].update({name: value for name, value in given.items() if value})
+    is_given = {name: value for name, value in given.items() if value not in (None, "")}
+    items[0].update(is_given)
     return items
 
 
