@@ -89,7 +89,8 @@ def _direction(path: Path, back: Any) -> Floats:
         raise FileError(
             path, "no back", "back = [x, y, z], out of the back of the hand"
         )
-    return direction / np.linalg.norm(direction)
+    unit: Floats = direction / np.linalg.norm(direction)
+    return unit
 
 
 def _bones(path: Path, bones: Any) -> dict[str, str]:
@@ -117,3 +118,5 @@ def check_bones(joint_map: JointMap, tree: JointTree) -> None:
         up = tree.bones[max(int(tree.parents[b]), 0)]
         if up not in joint_map.bones and (bone in joint_map.bones or not b):
             raise FileError(where, f"bone {bone} is mapped, {up} is not", "map both")
+        if b and bone in joint_map.bones and sum(tree.hinge_bone == b) not in (1, 2):
+            raise FileError(where, f"bone {bone} should have one or two hinges")

@@ -39,8 +39,8 @@ METRES = {
 AGREE = 1e-3
 """Options and files agree when they differ by no more than this share."""
 
-UNLABELLED = (r"\*\d+", r"[CU]_\d+", r"(?i:unlabel).*", r"")
-"""Regular expressions of names that stand for no marker in particular (whole name)."""
+UNLABELLED = (r"^\*\d+$", r"^[CU]_\d+$", r"(?i)^unlabel", r"^$")
+"""Regular expressions (searched) of names that stand for no marker in particular."""
 
 _SPARSE = 4
 """A take may have this many times more frames than rows."""
@@ -249,7 +249,7 @@ def check_unique(path: Path, kind: str, names: list[str]) -> None:
 
 def is_loose(label: str) -> bool:
     """Whether a name stands for no marker in particular."""
-    return any(re.fullmatch(pattern, label) for pattern in UNLABELLED)
+    return any(re.search(pattern, label) for pattern in UNLABELLED)
 
 
 def finite(rows: Floats) -> Bools:

@@ -1,0 +1,287 @@
+"""One door to all formats: read, write and inspect by suffix.
+
+What a reader found odd (see `handclean.io.reading`) becomes an event over the whole
+take, so that it stays with the take through every later step.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.arrays import Bools
+from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.io.bvh import write_bvh
+from handclean.io.bvh_angles import read_bvh_angles
+from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
+from handclean.io.h5 import format_of, read_h5
+from handclean.io.mot import write_mot
+from handclean.io.qualisys import read_tsv
+from handclean.io.reading import Reading, finite, settle_rate, settle_unit
+from handclean.io.session import FORMAT, read_session, write_session
+from handclean.io.tables import read_csv, write_csv
+from handclean.io.trc import read_trc, write_trc
+from handclean.recording import Event, Recording, Trajectories
+
+Reader = Callable[[Path, float | None, str | None, bool], Reading]
+Writer = Callable[[Path, Recording], tuple[str, ...] | None]
+
+
+def _c3d(path: Path, rate_hz: float | None, unit: str | None, lenient: bool) -> Reading:
+    take = read_c3d(path, lenient=lenient, unit=unit, rate=rate_hz)
+    return Reading(recording=take, unit=str(take.parameters["c3d"]["unit"]))
+
+
+def _h5(path: Path, rate_hz: float | None, unit: str | None, lenient: bool) -> Reading:
+    take = read_session(path)
+    settle_rate(path, take.rate, rate_hz)
+    return Reading(recording=take, unit=settle_unit(path, "m", unit))
+
+
+def _text(read: Callable[..., Reading]) -> Reader:
+    def reader(
+        path: Path, rate_hz: float | None, unit: str | None, lenient: bool
+    ) -> Reading:
+        return read(path, rate_hz=rate_hz, unit=unit, lenient=lenient)
+
+    return reader
+
+
+READERS: dict[str, Reader] = {
+    ".c3d": _c3d,
+    ".h5": _h5,
+    ".trc": _text(read_trc),
+    ".csv": _text(read_csv),
+    ".tsv": _text(read_tsv),
+    ".bvh": _text(read_bvh_angles),
+}
+
+WRITERS: dict[str, Writer] = {
+    ".c3d": write_c3d,
+    ".h5": write_session,
+    ".trc": write_trc,
+    ".csv": write_csv,
+    ".mot": write_mot,
+    ".bvh": write_bvh,
+}
+
+
+def _reading(
+    path: Path, rate_hz: float | None, unit: str | None, lenient: bool
+) -> Reading:
+    suffix = path.suffix.lower()
+    if suffix not in READERS:
+        known = " ".join(READERS)
+        raise FileError(path, f"no format is called '{suffix}'", f"readable: {known}")
+    return READERS[suffix](path, rate_hz, unit, lenient)
+
+
+def read(
+    path: Path | str,
+    *,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    lenient: bool = False,
+) -> Recording:
+    """Read a take of any format.
+
+    Parameters
+    ----------
+    rate_hz : [Hz] for formats that do not say (``--rate``).
+    unit : of lengths, mm, cm or m, for formats that do not say (``--unit``).
+    lenient : save what can be saved of a file that was cut off.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read as what its suffix says.
+    UsageError
+        If rate or unit are needed and not given, or contradict the file by more than
+        0.1 %.
+    """
+    reading = _reading(Path(path), rate_hz, unit, lenient)
+    take = reading.recording
+    noted = tuple(Event(start=0, stop=take.frames, text=trap) for trap in reading.traps)
+    return replace(take, events=(*take.events, *noted)) if noted else take
+
+
+def write(
+    path: Path | str, recording: Recording, *, suffix: str = ""
+) -> tuple[str, ...]:
+    """Write a take to exactly this path.
+
+    Parameters
+    ----------
+    suffix : the format, such as ``.c3d``; default: the path's. A caller that writes to
+        a temporary name and renames it says the format here.
+
+    Returns
+    -------
+    what the format cannot hold or how it was met, one line each
+
+    Raises
+    ------
+    FileError
+        If there is nothing of what the format holds, or the file cannot be written.
+    """
+    path = Path(path)
+    wanted = check_suffix(path, suffix)
+    return WRITERS[wanted](path, recording) or ()
+
+
+def check_suffix(path: Path | str, suffix: str = "") -> str:
+    """Return the format in which ``path`` would be written, as ``.c3d`` or the like.
+
+    Raises
+    ------
+    UsageError
+        If there is no such format.
+    """
+    wanted = "." + (suffix or Path(path).suffix).lower().removeprefix(".")
+    if wanted == ".glb":
+        raise UsageError(f"{path}: .glb cannot be written yet; it needs the surface")
+    if wanted not in WRITERS:
+        known = " ".join(WRITERS)
+        raise UsageError(f"{path}: no format is called '{wanted}'; writable: {known}")
+    return wanted
+
+
+def inspect(
+    path: Path | str, *, rate_hz: float | None = None, unit: str | None = None
+) -> dict[str, Any]:
+    """Return what is in a file and what is odd about it, as plain JSON values.
+
+    A file that is cut off or does not say its rate or unit is read as far as it goes;
+    that is a trap here, not an error.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read at all.
+    UsageError
+        If an option contradicts it.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == ".h5" and (name := format_of(path)) != FORMAT:
+        part = read_h5(path, name, version=2**31)
+        return {"format": name, **dict(part.attrs), "parts": sorted(part.items)}
+    if suffix == ".c3d":
+        return _inspect_c3d(path, rate_hz, unit)
+    reading, unsaid = _as_far_as_said(path, rate_hz, unit)
+    about = {
+        "format": suffix.removeprefix("."),
+        **_about(reading.recording),
+        "unit": reading.unit,
+        "traps": [*reading.traps, *unsaid],
+    }
+    for key, option in (("rate", "--rate"), ("unit", "--unit")):
+        if any(option in line for line in unsaid):
+            about[key] = None
+    if about["rate"] is None:
+        about["duration_s"] = None
+    return about
+
+
+def _as_far_as_said(
+    path: Path, rate_hz: float | None, unit: str | None
+) -> tuple[Reading, list[str]]:
+    """Read a file with stand-ins for what it does not say; and say so."""
+    unsaid: list[str] = []
+    for _ in range(3):
+        try:
+            return _reading(path, rate_hz, unit, True), unsaid
+        except UsageError as error:
+            said = str(error).removeprefix(f"{path}: ")
+            if "give --rate" in said:
+                rate_hz = 1.0
+            elif "give --unit" in said:
+                unit = "m"
+            else:
+                raise
+            unsaid.append(said)
+    raise FileError(path, "; ".join(unsaid))
+
+
+def _inspect_c3d(path: Path, rate_hz: float | None, unit: str | None) -> dict[str, Any]:
+    about = inspect_c3d(path)
+    try:
+        take = _reading(path, rate_hz, unit, True).recording
+    except UsageError:
+        raise
+    except HandcleanError:
+        return about
+    return {**_about(take), **about}
+
+
+def _about(take: Recording) -> dict[str, Any]:
+    """Return what a take holds, in numbers."""
+    about: dict[str, Any] = {
+        "frames": take.frames,
+        "first_frame": take.first_frame,
+        "rate": take.rate,
+        "duration_s": take.frames / take.rate,
+        "up_axis": take.up_axis,
+        "markers": [],
+    }
+    if take.markers is not None:
+        about |= _about_markers(take.markers)
+    about["unlabelled_points"] = 0
+    if take.unlabelled is not None:
+        per_frame = np.bincount(take.unlabelled.frame, minlength=take.frames)
+        about["unlabelled_points"] = len(take.unlabelled.frame)
+        about["most_unlabelled_in_a_frame"] = int(per_frame.max())
+    about["motions"] = {
+        name: {
+            "hinges": list(motion.names),
+            "root": motion.translation is not None,
+            "missing_frames": int(np.count_nonzero(~finite(motion.poses))),
+        }
+        for name, motion in take.motions.items()
+    }
+    about["skeletons"] = {
+        name: {"kind": tree.kind, "side": tree.side, "subject": tree.subject}
+        for name, tree in take.skeletons.items()
+    }
+    about["analog"] = [] if take.analog is None else list(take.analog.labels)
+    about["events"] = [e.text for e in take.events[:100]]
+    about["steps"] = [str(e.get("command", "?")) for e in take.provenance]
+    return about
+
+
+def _about_markers(markers: Trajectories) -> dict[str, Any]:
+    seen = finite(markers.positions)
+    lengths, ends = gaps_of(seen)
+    share = 1.0 - seen.mean(axis=0)
+    kinds = ("missing", "measured", "filled", "rejected", "smoothed")
+    counts = np.bincount(markers.origin.ravel(), minlength=len(kinds))
+    return {
+        "markers": list(markers.labels),
+        "missing": dict(zip(markers.labels, share.round(6).tolist(), strict=True)),
+        "samples": dict(zip(kinds, counts.tolist(), strict=False)),
+        "gaps": len(lengths),
+        "longest_gap_frames": max(lengths, default=0),
+        "median_gap_frames": float(np.median(lengths)) if lengths else 0.0,
+        "open_ends": ends,
+    }
+
+
+def gaps_of(seen: Bools) -> tuple[list[int], int]:
+    """Return the lengths [frames] of the gaps of (T, M) samples, and the open ends.
+
+    A gap has a sample before and after; an open end is missing to the take's edge. A
+    marker that is never seen has no gap and two open ends.
+    """
+    lengths: list[int] = []
+    ends = 0
+    for column in seen.T:
+        at = np.flatnonzero(column)
+        if not len(at):
+            ends += 2
+            continue
+        steps = np.diff(at)
+        lengths += (steps[steps > 1] - 1).tolist()
+        ends += int(at[0] > 0) + int(at[-1] < len(column) - 1)
+    return lengths, ends

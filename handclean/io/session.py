@@ -1,0 +1,323 @@
+"""The session file: everything known about a take, in SI units, as HDF5.
+
+Part for part what `handclean.recording` holds; see interface.md for the table. The
+arrays of a motion or of markers that a take does not have are not in the file either.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.errors import FileError, HandcleanError
+from handclean.io.h5 import read_h5, write_h5
+from handclean.io.parts import Array, Part, tree_from, tree_part
+from handclean.recording import (
+    Analog,
+    Event,
+    Motion,
+    Origin,
+    Points,
+    Recording,
+    SourceEvent,
+    Trajectories,
+)
+
+FORMAT = "handclean session"
+VERSION = 1
+
+_MARKER_ARRAYS = {
+    "sigma": ("m", np.float32),
+    "confidence": ("", np.float32),
+    "source": ("", np.int32),
+    "residual": ("m", np.float32),
+    "cameras": ("", np.uint8),
+}
+_UP = ("", "+x", "-x", "+y", "-y", "+z", "-z")
+
+
+def write_session(path: Path, recording: Recording) -> None:
+    """Write a take as a session file; the same content gives the same bytes.
+
+    Raises
+    ------
+    FileError
+        If it cannot be written, or ``parameters`` hold what no file can.
+    """
+    write_h5(path, FORMAT, _session_part(recording), version=VERSION)
+
+
+def _session_part(recording: Recording) -> Part:
+    attrs: dict[str, Any] = {
+        "rate": float(recording.rate),
+        "first_frame": int(recording.first_frame),
+        "frames": int(recording.frames),
+    }
+    if recording.up_axis:
+        attrs["up_axis"] = recording.up_axis
+    items: dict[str, Any] = {}
+    if recording.markers is not None:
+        items["markers"] = _markers_part(recording.markers)
+    if recording.unlabelled is not None:
+        items["unlabelled"] = _points_part(recording.unlabelled)
+    if recording.skeletons:
+        trees = {name: tree_part(tree) for name, tree in recording.skeletons.items()}
+        items["skeleton"] = Part(items=trees)
+    if recording.motions:
+        motions = {name: _motion_part(m) for name, m in recording.motions.items()}
+        items["motion"] = Part(items=motions)
+    if recording.events:
+        items["events"] = _events_part(recording.events)
+    if recording.analog is not None:
+        items["analog"] = _analog_part(recording.analog)
+    if recording.parameters:
+        items["parameters"] = dict(recording.parameters)
+    if recording.source_events:
+        items["source_events"] = _source_events_part(recording.source_events)
+    if recording.provenance:
+        steps = [json.dumps(e, ensure_ascii=False) for e in recording.provenance]
+        items["provenance"] = steps
+    return Part(attrs, items)
+
+
+def _markers_part(markers: Trajectories) -> Part:
+    items: dict[str, Any] = {
+        "positions": Array(markers.positions, "m"),
+        "labels": list(markers.labels),
+        "model": list(markers.model),
+        "origin": Array(markers.origin),
+    }
+    for name, (units, _) in _MARKER_ARRAYS.items():
+        values = getattr(markers, name)
+        if values is not None:
+            items[name] = Array(values, units)
+    return Part(items=items)
+
+
+def _points_part(points: Points) -> Part:
+    items: dict[str, Any] = {
+        "frame": Array(points.frame),
+        "source": Array(points.source),
+        "positions": Array(points.positions, "m"),
+    }
+    if points.residual is not None:
+        items["residual"] = Array(points.residual, "m")
+    if points.cameras is not None:
+        items["cameras"] = Array(points.cameras)
+    return Part(items=items)
+
+
+def _motion_part(motion: Motion) -> Part:
+    items: dict[str, Any] = {
+        "names": list(motion.names),
+        "angles": Array(motion.angles, "rad"),
+    }
+    units = {
+        "translation": "m",
+        "rotation": "",
+        "angles_sigma": "rad",
+        "trusted": "",
+        "residual": "m",
+    }
+    for name, unit in units.items():
+        values = getattr(motion, name)
+        if values is not None:
+            items[name] = Array(values, unit)
+    return Part(items=items)
+
+
+def _events_part(events: tuple[Event, ...]) -> Part:
+    return Part(
+        items={
+            "start": Array(np.array([e.start for e in events], dtype=np.int64)),
+            "stop": Array(np.array([e.stop for e in events], dtype=np.int64)),
+            "text": [e.text for e in events],
+        }
+    )
+
+
+def _analog_part(analog: Analog) -> Part:
+    items = {
+        "values": Array(analog.values, "as in units"),
+        "labels": list(analog.labels),
+        "units": list(analog.units),
+    }
+    return Part({"rate": float(analog.rate)}, items)
+
+
+def _source_events_part(events: tuple[SourceEvent, ...]) -> Part:
+    return Part(
+        items={
+            "time": Array(np.array([e.time for e in events], dtype=float), "s"),
+            "label": [e.label for e in events],
+            "context": [e.context for e in events],
+        }
+    )
+
+
+def read_session(path: Path) -> Recording:
+    """Read a session file.
+
+    Raises
+    ------
+    FileError
+        If it is not a session file, is damaged, or its parts do not fit together.
+    """
+    root = read_h5(path, FORMAT, version=VERSION)
+    rate, frames = root.number("rate"), root.number("frames")
+    first, up_axis = root.number("first_frame", 1), root.text("up_axis", "")
+    if not 0 < rate < 1e9:
+        raise FileError(path, f"its rate is {rate:g} Hz", "it should be above 0")
+    if not isinstance(frames, int) or frames < 1:
+        raise FileError(path, "has no frames")
+    if not isinstance(first, int):
+        raise FileError(path, f"its first frame is {first:g}", "not a whole number")
+    if up_axis not in _UP:
+        raise FileError(path, f"its up axis is '{up_axis[:20]}'", "+y or the like")
+    try:
+        return Recording(
+            rate=float(rate),
+            frames=frames,
+            first_frame=first,
+            up_axis=up_axis,
+            markers=_markers(root.part("markers"), frames),
+            unlabelled=_points(root.part("unlabelled"), frames),
+            skeletons={
+                name: tree_from(part) for name, part in root.part("skeleton").parts()
+            },
+            motions={
+                name: _motion(part, frames)
+                for name, part in root.part("motion").parts()
+            },
+            events=_events(root.part("events")),
+            analog=_analog(root.part("analog"), frames),
+            parameters=_parameters(root),
+            source_events=_source_events(root.part("source_events")),
+            provenance=_provenance(root),
+        )
+    except FileError:
+        raise
+    except HandcleanError as error:
+        raise FileError(path, str(error)) from None
+
+
+def _optional(part: Part, name: str, units: str, dtype: Any, *shape: int | None) -> Any:
+    return part.array(name, units, dtype, *shape) if part.has(name) else None
+
+
+def _markers(part: Part, frames: int) -> Trajectories | None:
+    if not part.items:
+        return None
+    labels = part.texts("labels")
+    shape = (frames, len(labels))
+    positions = part.array("positions", "m", np.float64, *shape, 3)
+    if part.has("origin"):
+        origin = part.array("origin", "", np.uint8, *shape)
+    else:
+        origin = np.isfinite(positions).all(axis=2).astype(np.uint8)
+    if origin.size and origin.max() > max(Origin):
+        raise part.fail(f"origin holds {origin.max()}", "0 to 4 are known")
+    blank = ("",) * len(labels)
+    return Trajectories(
+        positions=positions,
+        labels=labels,
+        model=part.texts("model", len(labels)) if part.has("model") else blank,
+        origin=origin,
+        **{
+            name: _optional(part, name, units, dtype, *shape)
+            for name, (units, dtype) in _MARKER_ARRAYS.items()
+        },
+    )
+
+
+def _points(part: Part, frames: int) -> Points | None:
+    if not part.items:
+        return None
+    frame = part.array("frame", "", np.int32, None)
+    if np.any(np.diff(frame) < 0) or (
+        frame.size and not 0 <= frame[0] <= frame[-1] < frames
+    ):
+        raise part.fail("frame should rise and stay within the take")
+    count = len(frame)
+    return Points(
+        frame=frame,
+        source=part.array("source", "", np.int32, count),
+        positions=part.array("positions", "m", np.float64, count, 3),
+        residual=_optional(part, "residual", "m", np.float32, count),
+        cameras=_optional(part, "cameras", "", np.uint8, count),
+    )
+
+
+def _motion(part: Part, frames: int) -> Motion:
+    names = part.texts("names")
+    return Motion(
+        names=names,
+        angles=part.array("angles", "rad", np.float64, frames, len(names)),
+        translation=_optional(part, "translation", "m", np.float64, frames, 3),
+        rotation=_optional(part, "rotation", "", np.float64, frames, 4),
+        angles_sigma=_optional(
+            part, "angles_sigma", "rad", np.float64, frames, len(names)
+        ),
+        trusted=_optional(part, "trusted", "", np.bool_, frames),
+        residual=_optional(part, "residual", "m", np.float64, frames),
+    )
+
+
+def _events(part: Part) -> tuple[Event, ...]:
+    if not part.items:
+        return ()
+    texts = part.texts("text")
+    starts = part.array("start", "", np.int64, len(texts)).tolist()
+    stops = part.array("stop", "", np.int64, len(texts)).tolist()
+    rows = zip(starts, stops, texts, strict=True)
+    return tuple(Event(start=a, stop=b, text=text) for a, b, text in rows)
+
+
+def _analog(part: Part, frames: int) -> Analog | None:
+    if not part.items:
+        return None
+    labels = part.texts("labels")
+    values = part.array("values", "as in units", np.float64, None, len(labels))
+    if len(values) % frames:
+        raise part.fail(f"has {len(values)} samples over {frames} frames")
+    rate = part.number("rate")
+    if not 0 < rate < 1e12:
+        raise part.fail(f"its rate is {rate:g} Hz", "it should be above 0")
+    return Analog(
+        values=values,
+        labels=labels,
+        units=part.texts("units", len(labels)),
+        rate=float(rate),
+    )
+
+
+def _source_events(part: Part) -> tuple[SourceEvent, ...]:
+    if not part.items:
+        return ()
+    labels = part.texts("label")
+    contexts = part.texts("context", len(labels))
+    times = part.array("time", "s", np.float64, len(labels)).tolist()
+    rows = zip(times, labels, contexts, strict=True)
+    return tuple(SourceEvent(time=t, label=x, context=c) for t, x, c in rows)
+
+
+def _parameters(root: Part) -> Mapping[str, Any]:
+    found = root.items.get("parameters", {})
+    if not isinstance(found, dict):
+        raise root.fail("parameters should be a group of kind 'dict'")
+    return found
+
+
+def _provenance(root: Part) -> tuple[Mapping[str, Any], ...]:
+    entries = []
+    for text in root.texts("provenance") if root.has("provenance") else ():
+        try:
+            entry = json.loads(text)
+        except (ValueError, RecursionError):
+            entry = None
+        if not isinstance(entry, dict):
+            raise root.fail("provenance holds an entry that is no JSON object")
+        entries.append(entry)
+    return tuple(entries)
