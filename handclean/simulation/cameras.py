@@ -24,7 +24,12 @@ LEAST = 2
 TOUCH = 0.0035
 """[m] markers of 6 mm are one blob in an image when their lines come this close."""
 
+SHADE = 0.0012
+"""[m] a marker this close behind an edge is seen in part, and rejected."""
+
 _USUAL = 6.0  # cameras that see a point on whose number ``noise_m`` is defined
+
+_BLINKS_PER_S, _BLINK_S = 2.0, 0.04
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,22 +65,41 @@ def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
     """(T, M, C) which cameras see which of (T, M, 3) markers."""
     frames, count = markers.shape[:2]
     start, stop = person.flesh.capsules(scene.poses)
-    has_object = scene.object_kind >= 0
-    kinds: Ints = np.array([scene.object_kind] if has_object else [], dtype=np.int64)
+    things = scene.bodies
+    kinds: Ints = np.array([body.kind for body in things], dtype=np.int64)
+    placed = np.zeros((frames, len(things), 3, 4))
+    for n, body in enumerate(things):
+        placed[:, n] = body.frames
     out = np.zeros((frames, count, len(rig.places)), dtype=bool)
     solids.sightlines(
         markers,
         rig.places,
         np.ascontiguousarray(start),
         np.ascontiguousarray(stop),
-        person.flesh.radius,
-        scene.object_frames[:, None] if has_object else np.zeros((frames, 0, 3, 4)),
+        person.flesh.radius + SHADE,
+        placed,
         kinds,
-        scene.object_size[None] if has_object else np.zeros((0, 4)),
+        np.array([body.size for body in things]).reshape(-1, 4),
         out,
     )
     solids.hide_behind_markers(markers, rig.places, TOUCH, out)
     return out
+
+
+def blink(seen: Bools, rate_hz: float, rng: np.random.Generator) -> Bools:
+    """(T, M, C) sightings, less those that single cameras lose for a moment.
+
+    Each camera rejects each marker's image about twice a second, for some 40 ms. It
+    matters where few cameras see a marker, whose track then falls to pieces.
+    """
+    frames, markers, count = seen.shape
+    left = seen.copy()
+    times = rng.poisson(_BLINKS_PER_S * frames / rate_hz * markers * count)
+    lasts = np.ceil(rate_hz * rng.exponential(_BLINK_S, times)).astype(int)
+    where = rng.integers(0, [[frames], [markers], [count]], (3, times))
+    for (t, m, c), length in zip(where.T, lasts, strict=True):
+        left[t : t + length, m, c] = False
+    return left
 
 
 def measured(

@@ -29,6 +29,9 @@ STEPS = 160
 BEYOND = 1.45
 """How far past its closed posture a finger goes when nothing stops it; 1: not."""
 
+TOUCHES = 0.0005
+"""[m] what is this close to the object touches it."""
+
 PRESS = 0.0006
 """[m] how deep a segment sinks into its own pad when it touches."""
 
@@ -57,12 +60,14 @@ class Closing:
     path : (STEPS + 1, D) [rad] all angles while the fingers close; the last row holds.
     solid : the object in the hand's frame.
     touching : names of the bones that touch it in the end.
+    near : names of those within 15 mm of it.
     depth : [m] deepest place of any capsule in the object in the end, negative.
     """
 
     path: Floats
     solid: Solid
     touching: tuple[str, ...]
+    near: tuple[str, ...]
     depth: float
 
 
@@ -84,18 +89,22 @@ def close(person: Person, grasp: Grasp, rng: np.random.Generator) -> Closing | N
         if between is None:
             return None
         solid = between
-    return _close_on(person, solid, opened, closed)
+    return _close_on(person, solid, opened, closed, rng)
 
 
 def _draw_postures(
     person: Person, grasp: Grasp, rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Postures of the class as this person takes them this time."""
+    names = person.tree.hinges[: len(grasp.closed)]
     free = len(person.tree.hinges) - len(grasp.closed)
     closed = np.concatenate([grasp.closed, np.zeros(free)])
     opened = np.concatenate([grasp.opened, np.zeros(free)])
-    closed[:20] += person.habit[:20] + np.radians(rng.normal(0.0, 3.0, 20))
-    opened[:20] += person.habit[:20] + np.radians(rng.normal(0.0, 4.0, 20))
+    wide = rng.uniform(0.75, 1.25)
+    opened += (wide - 1.0) * (opened - closed)
+    vary = np.array([2.0 if n.endswith("mcp_abduction") else 5.5 for n in names])
+    closed[:20] += person.habit[:20] + np.radians(rng.normal(0.0, vary))
+    opened[:20] += person.habit[:20] + np.radians(rng.normal(0.0, vary))
     low, high = person.reach.T
     return np.clip(closed, low, high), np.clip(opened, low, high)
 
@@ -237,16 +246,25 @@ def _gaps(person: Person, pose: Floats, solid: Solid, which: Ints) -> Floats:
 
 
 def _close_on(
-    person: Person, solid: Solid, opened: Floats, closed: Floats
+    person: Person,
+    solid: Solid,
+    opened: Floats,
+    closed: Floats,
+    rng: np.random.Generator,
 ) -> Closing | None:
-    """Close every finger, the thumb last; None if fewer than two things touch."""
+    """Close every finger, the thumb last; None if fewer than two things touch.
+
+    Joints of a finger share its pace only roughly.
+    """
+    pace = rng.lognormal(0.0, 0.2, len(opened))
     path = np.tile(opened, (STEPS + 1, 1))
     angles = opened.copy()
     for finger in (*FINGERS[1:], FINGERS[0]):
         hinges = np.array(
             [d for d, name in enumerate(person.tree.hinges) if name.startswith(finger)]
         )
-        track = _close_finger(person, solid, angles, closed, finger, hinges)
+        towards = angles + pace * (closed - angles)
+        track = _close_finger(person, solid, angles, towards, finger, hinges)
         if track is None:
             return None
         path[:, hinges] = track
@@ -254,14 +272,19 @@ def _close_on(
     pose = _pose(person, path[-1])
     everything = np.flatnonzero(person.flesh.bone != person.tree.bone("forearm"))
     gaps = _gaps(person, pose, solid, everything)
-    touching = tuple(
-        sorted(
-            {person.tree.bones[person.flesh.bone[k]] for k in everything[gaps < 4e-4]}
-        )
+    touching, near = (
+        tuple(sorted({person.tree.bones[b] for b in person.flesh.bone[everything[k]]}))
+        for k in (gaps < TOUCHES, gaps < 0.015)
     )
     if len(touching) < 2 or gaps.min() < -2.0 * PRESS:
         return None
-    return Closing(path=path, solid=solid, touching=touching, depth=float(gaps.min()))
+    return Closing(
+        path=path,
+        solid=solid,
+        touching=touching,
+        near=near,
+        depth=float(gaps.min()),
+    )
 
 
 def _close_finger(

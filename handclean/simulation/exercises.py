@@ -17,8 +17,9 @@ from handclean.simulation.scene import (
     lowest,
     orientation,
     posed,
+    sitter,
 )
-from handclean.simulation.timing import movement, staggered
+from handclean.simulation.timing import fidget, movement, staggered
 
 _LONG = FINGERS[1:]
 
@@ -96,7 +97,13 @@ def rom_scene(person: Person, times: Floats, rng: np.random.Generator) -> Scene:
     angles = _through(person, times, keys, starts, lasts, rng)
     places, turns, calm = _raised(person, times, angles[0], angles[-1], begin, end, rng)
     poses = assemble(person, times, places, turns, angles, rng, calm)
-    return Scene(title="rom", times=times, poses=poses, events=tuple(events))
+    return Scene(
+        title="rom",
+        times=times,
+        poses=poses,
+        bodies=sitter(rng),
+        events=tuple(events),
+    )
 
 
 def _through(
@@ -201,7 +208,7 @@ def free_scene(person: Person, times: Floats, rng: np.random.Generator) -> Scene
     now = 0.4 * begin
     while now < end - 0.3:
         share = rng.uniform(0.5, 1.0)
-        target = _drawn(person, library[rng.integers(len(library))], 5.0, rng)
+        target = _drawn(person, _mixed(library, rng), 5.0, rng)
         keys.append(keys[-1] + share * (target - keys[-1]))
         starts.append(now)
         lasts.append(person.tempo * rng.uniform(0.28, 0.8))
@@ -211,8 +218,20 @@ def free_scene(person: Person, times: Floats, rng: np.random.Generator) -> Scene
     lasts.append(0.8 * (duration - starts[-1]))
     angles = _through(person, times, keys, starts, lasts, rng)
     places, turns, calm = _raised(person, times, angles[0], angles[-1], begin, end, rng)
-    poses = assemble(person, times, places, turns, angles, rng, calm)
-    return Scene(title="free", times=times, poses=poses)
+    idle = np.radians(3.0) * calm[:, None] * fidget(times, person.tree.hinges, rng)
+    poses = assemble(person, times, places, turns, angles + idle, rng, calm)
+    return Scene(title="free", times=times, poses=poses, bodies=sitter(rng))
+
+
+def _mixed(library: list[Floats], rng: np.random.Generator) -> Floats:
+    """(20,) [rad] a posture, or as often one whose fingers come from different ones."""
+    posture = library[rng.integers(len(library))].copy()
+    if rng.random() < 0.5:
+        for finger in range(5):
+            if rng.random() < 0.4:
+                own = slice(4 * finger, 4 * finger + 4)
+                posture[own] = library[rng.integers(len(library))][own]
+    return posture
 
 
 def _signs() -> list[Floats]:

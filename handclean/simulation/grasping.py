@@ -6,45 +6,38 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Floats
-from handclean.recording import Event
+from handclean.kernels.solids import CYLINDER
 from handclean.simulation.closing import STEPS, Closing, close
-from handclean.simulation.grasps import GRASPS, REST
+from handclean.simulation.grasps import GRASPS, REST, Grasp
 from handclean.simulation.people import Person
+from handclean.simulation.protocol import Plan, draw_plan, in_the_air, phases, ramp
 from handclean.simulation.scene import (
+    Body,
     Scene,
     assemble,
     chained,
+    deepest,
     lowest,
     orientation,
     posed,
+    sitter,
 )
-from handclean.simulation.timing import minimum_jerk, movement, staggered
+from handclean.simulation.timing import fidget, movement, staggered
 
 _TRIES = 40
+_WAYS = 8  # ways to the object tried out to find one that does not lead through it
+_GRAZE = -0.0025  # [m] depth at which a way leads through the object
+
+_IDLE = np.radians(4.0)
+"""[rad] how much fingers that hold nothing move about; standard deviation."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Stop:
-    """A place and orientation the hand goes through."""
+    """A place [m] and orientation the hand goes through."""
 
     place: Floats
     turn: Rotation
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Plan:
-    """[s] when each phase of a take starts; how long the later ones last."""
-
-    reach: float
-    reached: float
-    closing: float
-    closed: float
-    lift: float
-    above: float
-    release: float
-    released: float
-    back: float
-    home: float
 
 
 def grasp_scene(
@@ -53,7 +46,7 @@ def grasp_scene(
     names: tuple[str, ...],
     rng: np.random.Generator,
 ) -> Scene:
-    """Draw one grasp of one of the named classes.
+    """Draw one grasp of one of the named classes; no name: of any.
 
     Raises
     ------
@@ -61,35 +54,23 @@ def grasp_scene(
         If no object could be grasped at all, which a living hand does not do.
     """
     name, held = _draw_grasp(person, names, rng)
-    grasp = GRASPS[name]
-    plan = _plan(person.tempo, times[-1] + times[1], rng)
-    rest, home = _at_rest(person, rng), _at_rest(person, rng)
-    shares = {
-        "reach": movement(times, plan.reach, plan.reached - plan.reach, rng),
-        "carry": movement(times, plan.lift, plan.above - plan.lift, rng),
-        "back": movement(times, plan.back, plan.home - plan.back, rng),
-    }
-    angles = _angles(person, times, plan, held, rest, home, rng)
-    yaw = rng.normal(0.0, 9.0)
-    start = _table(person, rest, np.zeros(2), orientation(yaw, 0.0, 0.0))
-    moved = rng.normal(0.0, 0.012, 2)
-    end = _table(person, home, moved, orientation(yaw + rng.normal(0, 5), 0.0, 0.0))
-    at_object = _at_object(person, held, grasp.roll, grasp.pitch, rng)
-    at_bowl = _at_bowl(held, at_object, rng)
-    stops = [at_object, at_bowl, end]
-    late = [_late(times, share, rng) for share in shares.values()]
-    turns = chained(start.turn, [s.turn for s in stops], late)
-    places = _places(start, stops, list(shares.values()), rng)
-    calm = _in_the_air(times, plan)
-    poses = assemble(person, times, places, turns, angles, rng, calm)
-    return Scene(
-        title=name,
-        times=times,
-        poses=poses,
-        object_kind=held.solid.kind,
-        object_size=held.solid.size,
-        object_frames=_follow(times, poses, held, at_object, plan),
-        events=_events(name, plan, times),
+    best, clear = None, -np.inf
+    for _ in range(_WAYS):
+        scene, plan = _draw_scene(person, times, name, held, rng)
+        reaching = slice(*np.searchsorted(times, [plan.reach, plan.lift]))
+        gaps = deepest(person, scene.poses[reaching], _part(scene.bodies[0], reaching))
+        least = float(gaps.min()) if len(gaps) else 0.0
+        if least > clear:
+            best, clear = scene, least
+        if clear > _GRAZE:
+            break
+    assert best is not None
+    return best
+
+
+def _part(body: Body, frames: slice) -> Body:
+    return Body(
+        name=body.name, kind=body.kind, size=body.size, frames=body.frames[frames]
     )
 
 
@@ -107,55 +88,48 @@ def _draw_grasp(
     raise RuntimeError(f"{person.name} could not grasp anything by {', '.join(known)}")
 
 
-def _plan(tempo: float, duration: float, rng: np.random.Generator) -> _Plan:
-    """Draw when things happen; squeezed to fit into the take if need be."""
-    pause, reach, shut, hold, carry, drop, home = (
-        rng.uniform(0.2, 0.55),
-        rng.normal(0.85, 0.10),
-        rng.uniform(0.38, 0.6),
-        rng.uniform(0.08, 0.3),
-        rng.normal(0.95, 0.12),
-        rng.uniform(0.25, 0.42),
-        rng.normal(0.95, 0.12),
+def _draw_scene(
+    person: Person,
+    times: Floats,
+    name: str,
+    held: Closing,
+    rng: np.random.Generator,
+) -> tuple[Scene, Plan]:
+    plan = draw_plan(person.tempo, float(times[-1]), rng)
+    rest, home = _at_rest(person, rng), _at_rest(person, rng)
+    stops = _draw_stops(person, held, GRASPS[name], rest, home, rng)
+    spans = (
+        (plan.reach, plan.reached),
+        (plan.lift, plan.above),
+        (plan.back, plan.home),
     )
-    pace = tempo * rng.lognormal(0.0, 0.08)
-    ahead = rng.uniform(0.15, 0.4)  # share of closing done while still reaching
-    total = pause + pace * (reach + shut + hold + carry + drop + home)
-    pace *= min(1.0, (duration - pause) / (total - pause + 0.15))
-    reached = pause + pace * reach
-    closing = reached - ahead * pace * shut
-    closed = closing + pace * shut
-    lift = closed + pace * hold
-    above = lift + pace * carry
-    release = above - 0.1 * pace * carry
-    released = release + pace * drop
-    back = released - 0.25 * pace * drop
-    return _Plan(
-        reach=pause,
-        reached=reached,
-        closing=closing,
-        closed=closed,
-        lift=lift,
-        above=above,
-        release=release,
-        released=released,
-        back=back,
-        home=back + pace * home,
+    shares = [movement(times, start, stop - start, rng) for start, stop in spans]
+    places = _places(stops, shares, rng)
+    late = [_late(times, share, rng) for share in shares]
+    turns = chained(stops[0].turn, [stop.turn for stop in stops[1:]], late)
+    angles = _angles(person, times, plan, held, rest, home, rng)
+    poses = assemble(person, times, places, turns, angles, rng, in_the_air(times, plan))
+    scene = Scene(
+        title=name,
+        times=times,
+        poses=poses,
+        bodies=(_object(times, poses, held, plan), _bowl(stops[2], held), *sitter(rng)),
+        events=phases(name, plan, times),
     )
+    return scene, plan
 
 
 def _at_rest(person: Person, rng: np.random.Generator) -> Floats:
     """(D,) [rad] the calibration posture as this person takes it this time."""
     angles = np.zeros(len(person.tree.hinges))
-    angles[:20] = REST + 0.6 * person.habit[:20] + np.radians(rng.normal(0, 1.8, 20))
-    low, high = person.reach.T
-    return np.clip(angles, low, high)
+    angles[:20] = REST + 0.5 * person.habit[:20] + np.radians(rng.normal(0, 2.0, 20))
+    return np.clip(angles, *person.reach.T)
 
 
 def _angles(
     person: Person,
     times: Floats,
-    plan: _Plan,
+    plan: Plan,
     held: Closing,
     rest: Floats,
     home: Floats,
@@ -168,18 +142,33 @@ def _angles(
     angles = rest + open_up * (path[0] - rest)
     angles += _along(person, times, plan, path, rng) - path[0]
     wide = path[0] + np.radians(rng.normal(0.0, 6.0, len(names)))
-    wide = np.clip(path[-1] + 0.85 * (wide - path[-1]), *person.reach.T)
+    wide = path[-1] + rng.uniform(0.6, 1.1) * (wide - path[-1])
+    wide = np.clip(wide, *person.reach.T)
     let_go = staggered(times, plan.release, plan.released - plan.release, names, rng)
     angles += let_go * (wide - path[-1])
     back = staggered(times, plan.back, 0.95 * (plan.home - plan.back), names, rng)
-    out: Floats = angles + back * (home - wide)
+    angles += back * (home - wide)
+    out: Floats = angles + _idle(times, plan, held, names) * fidget(times, names, rng)
     return out
+
+
+def _idle(times: Floats, plan: Plan, held: Closing, names: tuple[str, ...]) -> Floats:
+    """(T, D) [rad] how freely each joint moves about: not on the table, not holding."""
+    up = ramp(times, plan.reach, plan.reach + 0.4)
+    down = ramp(times, plan.home - 0.4, plan.home)
+    grip = ramp(times, plan.closing, plan.closed) - ramp(
+        times, plan.dropped, plan.released
+    )
+    holding = {bone.split("_")[0] for bone in held.near}
+    held_still = np.array([name.split("_")[0] in holding for name in names])
+    free: Floats = (up - down)[:, None] * (1.0 - grip[:, None] * held_still)
+    return np.asarray(_IDLE * free)
 
 
 def _along(
     person: Person,
     times: Floats,
-    plan: _Plan,
+    plan: Plan,
     path: Floats,
     rng: np.random.Generator,
 ) -> Floats:
@@ -189,11 +178,11 @@ def _along(
     """
     out = np.zeros((len(times), path.shape[1]))
     lasts = plan.closed - plan.closing
-    for finger in {name.split("_")[0]: None for name in person.tree.hinges}:
+    for finger in dict.fromkeys(name.split("_")[0] for name in person.tree.hinges):
         own = [d for d, n in enumerate(person.tree.hinges) if n.startswith(finger)]
         changes = np.flatnonzero(np.abs(np.diff(path[:, own], axis=0)).max(axis=1) > 0)
         stop = changes[-1] + 1 if len(changes) else 1
-        begin = plan.closing + lasts * abs(rng.normal(0.0, 0.06))
+        begin = plan.closing + lasts * min(abs(rng.normal(0.0, 0.1)), 0.3)
         share = movement(times, begin, plan.closed - begin, rng)
         for d in own:
             out[:, d] = np.interp(share * stop, np.arange(STEPS + 1), path[:, d])
@@ -206,8 +195,25 @@ def _late(times: Floats, share: Floats, rng: np.random.Generator) -> Floats:
     return np.interp(times - delay, times, share)
 
 
-def _table(person: Person, angles: Floats, place: Floats, turn: Rotation) -> _Stop:
+def _draw_stops(
+    person: Person,
+    held: Closing,
+    grasp: Grasp,
+    rest: Floats,
+    home: Floats,
+    rng: np.random.Generator,
+) -> list[_Stop]:
+    """On the table, at the object, over the bowl, on the table again."""
+    yaw = rng.normal(0.0, 9.0)
+    start = _table(person, rest, np.zeros(2), yaw)
+    end = _table(person, home, rng.normal(0.0, 0.012, 2), yaw + rng.normal(0.0, 5.0))
+    at_object = _at_object(person, held, grasp.roll, grasp.pitch, rng)
+    return [start, at_object, _over_bowl(person, held, at_object, rng), end]
+
+
+def _table(person: Person, angles: Floats, place: Floats, yaw: float) -> _Stop:
     """The hand lying on the table."""
+    turn = orientation(yaw, 0.0, 0.0)
     at = np.array([*place, 0.0])
     at[2] -= lowest(person, posed(at, turn, angles, person))
     return _Stop(place=at, turn=turn)
@@ -228,76 +234,59 @@ def _at_object(
     return _Stop(place=place, turn=turn)
 
 
-def _at_bowl(held: Closing, before: _Stop, rng: np.random.Generator) -> _Stop:
+def _over_bowl(
+    person: Person, held: Closing, before: _Stop, rng: np.random.Generator
+) -> _Stop:
     """Where the hand is when it lets the object go above the bowl."""
     side = 1.0 if rng.random() < 0.7 else -1.0
-    x, y = side * rng.uniform(0.18, 0.32), rng.uniform(0.12, 0.34)
-    bowl = np.array([x, y, rng.uniform(0.12, 0.2)])
+    bowl = np.array([side * rng.uniform(0.18, 0.32), rng.uniform(0.12, 0.34), 0.0])
     tilt = Rotation.from_euler("xyz", rng.normal(0.0, [10, 10, 14]), degrees=True)
     turn = tilt * before.turn
-    return _Stop(place=bowl - turn.apply(held.solid.frame[:, 3]), turn=turn)
+    place = bowl - turn.apply(held.solid.frame[:, 3])
+    low = lowest(person, posed(place, turn, held.path[-1], person))
+    place[2] += rng.uniform(0.07, 0.12) - low
+    return _Stop(place=place, turn=turn)
 
 
 def _places(
-    start: _Stop, stops: list[_Stop], shares: list[Floats], rng: np.random.Generator
+    stops: list[_Stop], shares: list[Floats], rng: np.random.Generator
 ) -> Floats:
     """(T, 3) [m] of the wrist: from stop to stop, each time in an arc."""
-    places = np.tile(start.place, (len(shares[0]), 1))
-    here = start.place
-    for n, (stop, share) in enumerate(zip(stops, shares, strict=True)):
-        way = stop.place - here
+    places = np.tile(stops[0].place, (len(shares[0]), 1))
+    for n, share in enumerate(shares):
+        way = stops[n + 1].place - stops[n].place
         far = float(np.linalg.norm(way))
         bulge = rng.normal(0.0, 0.06 * far, 3)
         bulge[2] = abs(bulge[2]) + (0.035, 0.06, 0.05)[n] + 0.12 * far
         if n == 0:  # come to the object from behind the palm
-            bulge += 0.03 * stop.turn.apply([0.0, -0.6, 0.8])
+            back = stops[1].turn.apply([0.0, -0.6, 0.8])
+            bulge += rng.uniform(0.02, 0.10) * back
         places += share[:, None] * way + (4.0 * share * (1.0 - share))[:, None] * bulge
-        here = stop.place
     return places
 
 
-def _in_the_air(times: Floats, plan: _Plan) -> Floats:
-    """(T,) 1 while the hand is up, less where table or object steady it."""
-    up = minimum_jerk((times - plan.reach) / 0.3)
-    down = minimum_jerk((times - plan.home + 0.2) / 0.3)
-    return 0.15 + 0.85 * (up - down)
-
-
-def _follow(
-    times: Floats, poses: Floats, held: Closing, at_object: _Stop, plan: _Plan
-) -> Floats:
-    """(T, 3, 4) the object's frame: standing, in the hand, falling into the bowl."""
+def _object(times: Floats, poses: Floats, held: Closing, plan: Plan) -> Body:
+    """The object: standing, then in the hand, then falling into the bowl."""
     q = np.roll(poses[:, 3:7], -1, axis=1)
     turns = Rotation.from_quat(q).as_matrix()
     frames = np.zeros((len(times), 3, 4))
     frames[:, :, :3] = turns @ held.solid.frame[:, :3]
     frames[:, :, 3] = poses[:, :3] + turns @ held.solid.frame[:, 3]
-    taken = int(np.searchsorted(times, plan.lift))
-    gone = int(
-        np.searchsorted(times, plan.release + 0.35 * (plan.released - plan.release))
+    last = len(times) - 1
+    taken = min(int(np.searchsorted(times, plan.lift)), last)
+    gone = min(int(np.searchsorted(times, plan.dropped)), last)
+    frames[:taken] = frames[taken]
+    frames[gone:] = frames[gone]
+    fall = 0.5 * 9.81 * (times[gone:] - times[gone]) ** 2
+    frames[gone:, 2, 3] -= np.minimum(fall, max(frames[gone, 2, 3] - 0.03, 0.0))
+    return Body(
+        name="object", kind=held.solid.kind, size=held.solid.size, frames=frames
     )
-    frames[:taken] = frames[min(taken, len(times) - 1)]
-    if gone < len(times):
-        frames[gone:] = frames[gone]
-        fall = 0.5 * 9.81 * (times[gone:] - times[gone]) ** 2
-        frames[gone:, 2, 3] -= np.minimum(fall, max(frames[gone, 2, 3] - 0.03, 0.0))
-    return frames
 
 
-def _events(name: str, plan: _Plan, times: Floats) -> tuple[Event, ...]:
-    phases = (
-        ("rest", 0.0, plan.reach),
-        ("reach", plan.reach, plan.closing),
-        (f"grasp {name}", plan.closing, plan.lift),
-        ("carry", plan.lift, plan.release),
-        ("release", plan.release, plan.released),
-        ("return", plan.released, plan.home),
-    )
-    return tuple(
-        Event(
-            start=int(np.searchsorted(times, start)),
-            stop=int(np.searchsorted(times, stop)),
-            text=text,
-        )
-        for text, start, stop in phases
-    )
+def _bowl(over: _Stop, held: Closing) -> Body:
+    """The bowl, as a low cylinder: cameras near the table do not see through it."""
+    centre = over.place + over.turn.apply(held.solid.frame[:, 3])
+    frame = np.column_stack([np.eye(3), [centre[0], centre[1], 0.025]])
+    size = np.array([0.085, 0.0, 0.025, 0.002])
+    return Body(name="bowl", kind=CYLINDER, size=size, frames=frame[None])

@@ -82,13 +82,19 @@ def make_person(
         name=name,
         tree=tree,
         reach=reach,
-        habit=np.radians(rng.normal(0.0, 3.0, len(tree.hinges))),
+        habit=np.radians(_habit(tree, rng)),
         tempo=float(rng.lognormal(0.0, 0.1)),
         flesh=flesh,
         tips=tips,
         markers=markers,
         skin=slide * _draw_skin(tree, markers, tips, rng),
     )
+
+
+def _habit(tree: JointTree, rng: np.random.Generator) -> Floats:
+    """(D,) [degrees] deviation of a person's postures; abduction varies less."""
+    spread = [2.0 if name.endswith("mcp_abduction") else 4.5 for name in tree.hinges]
+    return rng.normal(0.0, spread)
 
 
 def _draw_tree(

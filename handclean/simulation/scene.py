@@ -5,19 +5,41 @@ laboratory's x points to the thumb's side of a hand lying palm down, y away from
 person and z up from the table, whose surface is z = 0.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Floats
 from handclean.hand.model import neutral_pose
+from handclean.kernels import solids
 from handclean.recording import Event
 from handclean.simulation.people import Person
 from handclean.simulation.timing import sway
 
+_PERSON = (  # name, size, place [m]: what stands behind the table and hides it
+    ("torso", (0.20, 0.13, 0.32), (-0.10, -0.66, 0.10)),
+    ("head", (0.085, 0.11, 0.13), (-0.08, -0.50, 0.53)),
+)
+
 _ELBOW = np.array([-0.05, -0.55, 0.16])
 """[m] where forearms come from, seen from the place where the hand rests."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """A solid in the laboratory.
+
+    Attributes
+    ----------
+    kind, size : as in ``handclean.kernels.solids``.
+    frames : (T, 3, 4) rotation and origin [m]; (1, 3, 4) if it stands still.
+    """
+
+    name: str
+    kind: int
+    size: Floats
+    frames: Floats
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,17 +51,14 @@ class Scene:
     title : what is done, for the take's name.
     times : (T,) [s]
     poses : (T, 7 + D) of the left hand with forearm.
-    object_kind, object_size : as in ``handclean.kernels.solids``; kind -1: no object.
-    object_frames : (T, 3, 4) its frame in the laboratory.
+    bodies : what else is there, the object to be grasped first if there is one.
     events : what happens when.
     """
 
     title: str
     times: Floats
     poses: Floats
-    object_kind: int = -1
-    object_size: Floats = field(default_factory=lambda: np.zeros(4))
-    object_frames: Floats = field(default_factory=lambda: np.zeros((0, 3, 4)))
+    bodies: tuple[Body, ...] = ()
     events: tuple[Event, ...] = ()
 
 
@@ -107,6 +126,35 @@ def _wrist(places: Floats, turns: Rotation, shake: Floats) -> Floats:
     limit = np.radians([[70.0, 25.0]])
     wanted = np.column_stack([flexion, deviation])
     return limit * np.tanh(wanted / limit) + shake
+
+
+def sitter(rng: np.random.Generator) -> tuple[Body, ...]:
+    """Torso and head of the person whose hand it is, who leans as people do."""
+    lean = rng.normal(0.0, 0.03, 3)
+    return tuple(
+        Body(
+            name=name,
+            kind=solids.ELLIPSOID,
+            size=np.array([*size, 0.0]),
+            frames=np.column_stack([np.eye(3), np.array(place) + lean])[None],
+        )
+        for name, size, place in _PERSON
+    )
+
+
+def deepest(person: Person, poses: Floats, body: Body) -> Floats:
+    """(T,) [m] how far the hand is from a body, negative where it reaches into it."""
+    start, stop = (np.ascontiguousarray(x) for x in person.flesh.capsules(poses))
+    frames = np.ascontiguousarray(
+        np.broadcast_to(body.frames, (len(poses), 3, 4)), dtype=np.float64
+    )
+    out = np.zeros(start.shape[:2])
+    solids.capsule_gaps(
+        start, stop, person.flesh.radius, frames, body.kind, body.size, out
+    )
+    kept = person.flesh.bone != person.tree.bone("forearm")
+    gaps: Floats = out[:, kept].min(axis=1)
+    return gaps
 
 
 def lowest(person: Person, pose: Floats) -> float:

@@ -222,6 +222,7 @@ def _capture(
     by = np.ones((*markers.shape[:2], len(rig.places)), dtype=bool)
     if settings.occlusion:
         by = cameras.seen_by(person, scene, markers, rig)
+        by = cameras.blink(by, rate, rng)
         # the calibration posture is taken in full view, as the paper demands
         by[: losses.first_frames(rate)] |= ~_enough(by[: losses.first_frames(rate)])
     seen = losses.dropouts(_enough(by)[:, :, 0], rate, settings.dropouts_per_s, rng)
@@ -324,16 +325,18 @@ def _motions(
 ) -> tuple[dict[str, Motion], dict[str, JointTree]]:
     """The hand's motion and the object's, mirrored for a right hand."""
     poses = scene.poses[:, : 7 + len(tree.hinges)].copy()
-    frames = scene.object_frames.copy()
     if side == "right":
         poses[:, 0] *= -1.0
         poses[:, 5:7] *= -1.0
-        frames = MIRROR[:, None] * frames * np.array([-1.0, 1.0, 1.0, 1.0])
     motions = {side: motion_from_poses(tree.hinges, poses)}
     skeletons = {side: tree}
-    if scene.object_kind >= 0:
-        motions["object"] = _object_motion(frames)
-        skeletons["object"] = _rigid(scene)
+    for body in scene.bodies:
+        if body.name == "object":
+            frames = body.frames
+            if side == "right":
+                frames = MIRROR[:, None] * frames * np.array([-1.0, 1.0, 1.0, 1.0])
+            motions["object"] = _object_motion(frames)
+            skeletons["object"] = _rigid(scene)
     return motions, skeletons
 
 

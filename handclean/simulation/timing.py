@@ -52,13 +52,13 @@ def staggered(
     ----------
     names : names of the D hinges; those of one finger share most of their timing.
     """
-    late = {name.split("_")[0]: rng.normal(0.0, 0.03) for name in names}
-    slow = {name.split("_")[0]: rng.lognormal(0.0, 0.06) for name in names}
+    late = {name.split("_")[0]: rng.normal(0.0, 0.05) for name in names}
+    slow = {name.split("_")[0]: rng.lognormal(0.0, 0.10) for name in names}
     out = np.zeros((len(times), len(names)))
     for d, name in enumerate(names):
         finger = name.split("_")[0]
-        begin = start + duration * (late[finger] + rng.normal(0.0, 0.015))
-        lasts = duration * slow[finger] * rng.lognormal(0.0, 0.04)
+        begin = start + duration * (late[finger] + rng.normal(0.0, 0.025))
+        lasts = duration * slow[finger] * rng.lognormal(0.0, 0.07)
         out[:, d] = movement(times, begin, lasts, rng)
     return out
 
@@ -89,6 +89,20 @@ def shaking(
     noise = np.fft.irfft(gain * phase, padded, axis=1)[:, :count].T
     power = np.sqrt(2.0 * (gain**2).sum() * 2.0) / padded
     return size * noise / power if power > 0.0 else np.zeros((count, columns))
+
+
+def fidget(times: Floats, names: tuple[str, ...], rng: np.random.Generator) -> Floats:
+    """(T, D) small movements nobody intends: each finger as a whole, and each joint.
+
+    Standard deviation 1; abduction a third of it.
+    """
+    fingers = list(dict.fromkeys(name.split("_")[0] for name in names))
+    common = shaking(times, 0.1, 1.3, 0.75, len(fingers), rng)
+    own = shaking(times, 0.1, 1.6, 0.66, len(names), rng)
+    whole = np.column_stack([common[:, fingers.index(n.split("_")[0])] for n in names])
+    size = np.array([1.0 / 3.0 if n.endswith("abduction") else 1.0 for n in names])
+    out: Floats = size * (whole + own)
+    return out
 
 
 def sway(
