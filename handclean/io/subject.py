@@ -1,0 +1,84 @@
+"""Subject files: a hand, its markers, and how well both are known (HDF5)."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.hand.model import Model
+from handclean.hand.skeleton import load_skeleton
+from handclean.hand.subject import Subject
+from handclean.io.h5 import read_h5, write_h5
+from handclean.io.parts import Array, Fact, Part, tree_from, tree_part
+from handclean.io.provenance import provenance_item
+
+FORMAT = "handclean subject"
+
+
+def write_subject(
+    path: Path, subject: Subject, provenance: Sequence[Mapping[str, Any]] = ()
+) -> None:
+    """Write a subject; the file holds all that labelling and solving need."""
+    markers = Part(
+        items={
+            "labels": list(subject.model.labels),
+            "bone": Array(subject.model.bone),
+            "at": Array(subject.model.at, "m"),
+            "sigma": Array(np.asarray(subject.marker_sigma, dtype=np.float64), "m"),
+        }
+    )
+    names = sorted(subject.errors)
+    items: dict[str, Any] = {
+        "skeleton": tree_part(subject.model.tree),
+        "markers": markers,
+        "errors": Part(
+            items={
+                "names": names,
+                "values": Array(np.array([float(subject.errors[n]) for n in names])),
+            }
+        ),
+        **provenance_item(provenance),
+    }
+    facts: dict[str, Fact] = {
+        "name": subject.name,
+        "marker_set": subject.marker_set,
+        "calibrated": bool(subject.calibrated),
+    }
+    write_h5(path, FORMAT, Part(facts, items))
+
+
+def read_subject(path: Path) -> Subject:
+    """Read a subject from ``.h5``, or a joint tree with markers from ``.toml``.
+
+    Raises
+    ------
+    FileError
+        If the file is neither.
+    """
+    if path.suffix == ".toml":
+        return load_skeleton(path)
+    part = read_h5(path, FORMAT)
+    tree = tree_from(part.part("skeleton"))
+    markers = part.part("markers")
+    labels = markers.texts("labels")
+    count = len(labels)
+    bone = markers.array("bone", "", np.int64, count)
+    at = markers.array("at", "m", np.float64, count, 3)
+    if count and (bone.min() < 0 or bone.max() >= len(tree.bones)):
+        raise markers.fail(f"bone should be 0 to {len(tree.bones) - 1}")
+    if not np.isfinite(at).all():
+        raise markers.fail("at should be finite numbers")
+    if len(set(labels)) != count:
+        raise markers.fail("labels should be unique")
+    errors = part.part("errors")
+    names = errors.texts("names") if errors.has("names") else ()
+    values = errors.array("values", "", np.float64, len(names)) if names else ()
+    return Subject(
+        name=part.text("name", ""),
+        model=Model(tree=tree, labels=labels, bone=bone, at=at),
+        marker_set=part.text("marker_set", ""),
+        marker_sigma=markers.array("sigma", "m", np.float64, count),
+        errors=dict(zip(names, map(float, values), strict=True)),
+        calibrated=bool(part.attrs.get("calibrated", True)),
+    )
