@@ -1,1 +1,22 @@
-"""Gap filling: joint angles through the frames a marker is hidden."""
+"""Gaps in marker trajectories, filled by a posture that is interpolated through them.
+
+Why this way
+------------
+Maycock et al. 2015 (section III-C) and Schroeder et al. 2017 (eq. 6) interpolate the
+joint angles a missing marker leaves undecided, and let the marker follow the posture.
+What they leave open is decided here:
+
+- Which joints are undecided is not a matter of names but of what the markers in sight
+  tell: a joint is *affected* if the markers explain less than `decided.DECIDED` of its
+  variance while those that are missing would explain more. A marker further out drives
+  the chain, joints that only follow the subspace count, any marker set works.
+- Interpolated joints are then refined with the markers that are there, each weighed by
+  what it knows, so that a joint which is half decided is not thrown away.
+- The end velocities come from a fit. Which fit (how many frames, straight or bent) the
+  take itself chooses, by what would have restored its measured stretches best; the
+  same trial says how far off an interpolation of that length is, hence ``sigma``.
+
+Tried and left: the single-frame end slopes of the printed equation (marker noise grows
+with the gap's length); one fixed window (25 ms is right for a quiet 0.02 mm system and
+far too short for 3 mm of noise).
+"""

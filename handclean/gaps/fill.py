@@ -1,0 +1,230 @@
+"""Fill the short gaps of a labelled take: the entry of this package."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats
+from handclean.errors import HandcleanError
+from handclean.gaps import baselines, follow
+from handclean.gaps.posture import Posture, bridge_posture, marker_noise
+from handclean.gaps.runs import Gap, Limits, gaps_of
+from handclean.gaps.samples import with_samples
+from handclean.gaps.scene import Filler, Refused, Scene
+from handclean.gaps.settings import FillConfig
+from handclean.hand.model import Model, marker_positions
+from handclean.hand.subject import Subject
+from handclean.ik.prior import PosturePrior
+from handclean.ik.settings import SolveConfig
+from handclean.ik.solve import Solution, markers_of, solve_markers
+from handclean.recording import Event, Motion, Recording, motion_from_poses
+
+FILLERS: dict[str, Filler] = {
+    "min-acceleration": follow.follow,
+    "linear": baselines.linear,
+    "cubic": baselines.cubic,
+    "spline": baselines.spline,
+    "pattern": baselines.pattern,
+    "rigid": baselines.rigid,
+}
+"""Ways to fill, by the name the setting ``method`` has for them."""
+
+EVENT = "gap in "
+"""How the text of every event of this package begins."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FillFigures:
+    """What was filled.
+
+    Attributes
+    ----------
+    method : name of the filler.
+    gaps : gaps of the subject's markers; filled : how many of them were filled.
+    missing_samples, filled_samples : samples in all gaps, in the filled ones.
+    longest_filled_s : [s]
+    sigma_m : [m] median sigma of filled samples, NaN if there are none.
+    bridged_frames : frames in which some joint or the root was interpolated.
+    reasons : how many gaps were left open, by reason.
+    """
+
+    method: str
+    gaps: int
+    filled: int
+    missing_samples: int
+    filled_samples: int
+    longest_filled_s: float
+    sigma_m: float
+    bridged_frames: int
+    reasons: dict[str, int]
+
+    @property
+    def left_open(self) -> int:
+        """Gaps that were not filled."""
+        return self.gaps - self.filled
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Filled:
+    """Gaps with what became of them, and (T, M, 3), (T, M) [m] filled samples and sigma."""
+
+    gaps: list[Gap]
+    places: Floats
+    sigma: Floats
+
+
+def fill(
+    recording: Recording,
+    subject: Subject,
+    *,
+    prior: PosturePrior | None = None,
+    settings: FillConfig | None = None,
+    solve: SolveConfig | None = None,
+    name: str = "",
+) -> tuple[Recording, FillFigures]:
+    """Fill the short gaps of one hand's markers.
+
+    The take is solved anew from its measured samples; samples filled earlier count as
+    missing, so that filling twice is filling once. Measured samples come back bit for
+    bit. What a tracker rejected (origin 3) and a fill replaces goes to the unlabelled
+    points. The bridged motion comes with the take, under ``name``: hinges of which
+    neither markers nor a bridge know anything have no ``angles_sigma``.
+
+    Parameters
+    ----------
+    recording : a labelled take.
+    subject : whose hand, wearing which markers.
+    prior : posture subspace for joints the markers never decide.
+    settings, solve : of the filling, of inverse kinematics.
+    name : of the skeleton and motion; the hand's side when not given.
+
+    Raises
+    ------
+    HandcleanError
+        If the take has none of the subject's markers, or no rate.
+    """
+    settings = settings or FillConfig()
+    solve = solve or SolveConfig()
+    if not recording.rate > 0.0:
+        raise HandcleanError(
+            f"take: its rate is {recording.rate} Hz; gaps are limited in seconds, so "
+            "it should be above 0"
+        )
+    limits = Limits(
+        longest=int(round(settings.max_gap_s * recording.rate, 6)),
+        seed=settings.seed_frames,
+        rate=recording.rate,
+    )
+    model, positions = subject.model, markers_of(recording, subject.model)
+    labels = recording.markers.labels if recording.markers else ()
+    columns = {
+        m: labels.index(label)
+        for m, label in enumerate(model.labels)
+        if label in labels
+    }
+    seen = np.isfinite(positions).all(axis=2)
+    gaps = [gap for gap in gaps_of(seen, limits) if gap.column in columns]
+    solution = solve_markers(model, positions, prior=prior, settings=solve)
+    posture = bridge_posture(
+        model,
+        positions,
+        _expected(seen, gaps),
+        solution,
+        marker_noise(model, positions, solution, subject.marker_sigma),
+        limits,
+        follows=prior is not None,
+        settings=solve,
+    )
+    away = positions - marker_positions(model, posture.poses)
+    scene = Scene(positions=positions, model=model, posture=posture, limits=limits)
+    done = _fill_gaps(scene, gaps, settings.method)
+    name = name or model.tree.side or model.tree.kind
+    filled = replace(
+        with_samples(recording, columns, done.places, done.sigma),
+        skeletons={**recording.skeletons, name: model.tree},
+        motions={
+            **recording.motions,
+            name: _motion(away, posture, solution, model.tree.hinges),
+        },
+        events=_events(recording, model, done.gaps, settings.method),
+    )
+    return filled, _figures(done, posture, settings.method, recording.rate)
+
+
+def _expected(seen: Bools, gaps: list[Gap]) -> Bools:
+    """(T, M) samples that are measured or missing only in a gap that may be filled."""
+    expected = seen.copy()
+    for gap in gaps:
+        if not gap.refused:
+            expected[gap.start : gap.stop, gap.column] = True
+    return expected
+
+
+def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
+    """Fill what can be filled; say of the rest why not."""
+    places = np.full(scene.positions.shape, np.nan)
+    sigma = np.full(scene.positions.shape[:2], np.nan)
+    judged = []
+    for gap in gaps:
+        why = gap.refused
+        if not why:
+            rows = slice(gap.start, gap.stop)
+            try:
+                places[rows, gap.column] = FILLERS[method](scene, gap)
+            except Refused as no:
+                why = str(no)
+            else:
+                variance = scene.posture.marker_variance[rows, gap.column]
+                sigma[rows, gap.column] = np.sqrt(
+                    variance + 3.0 * scene.posture.leftovers.at(gap.frames)
+                )
+        judged.append(replace(gap, refused=why))
+    return _Filled(gaps=judged, places=places, sigma=sigma)
+
+
+def _motion(
+    away: Floats, posture: Posture, solution: Solution, hinges: tuple[str, ...]
+) -> Motion:
+    """Return the bridged motion; trusted where the root is, or is bridged."""
+    square = np.sum(away * away, axis=2)
+    count = np.isfinite(square).sum(axis=1)
+    mean = np.nansum(square, axis=1) / np.maximum(count, 1)
+    return motion_from_poses(
+        hinges,
+        posture.poses,
+        angles_sigma=posture.sigma,
+        trusted=(solution.trusted & ~posture.open_root) | posture.bridged_root,
+        residual=np.where(count > 0, np.sqrt(mean), np.nan),
+    )
+
+
+def _events(
+    recording: Recording, model: Model, gaps: list[Gap], method: str
+) -> tuple[Event, ...]:
+    """Events of a take with those of its gaps in place of an earlier run's."""
+    starts = tuple(f"{EVENT}{label}:" for label in model.labels)
+    kept = [event for event in recording.events if not event.text.startswith(starts)]
+    for gap in gaps:
+        what = f"left open, {gap.refused}" if gap.refused else f"filled by {method}"
+        text = f"{EVENT}{model.labels[gap.column]}: {what}"
+        kept.append(Event(start=gap.start, stop=gap.stop, text=text))
+    return tuple(sorted(kept, key=lambda event: (event.start, event.stop)))
+
+
+def _figures(done: _Filled, posture: Posture, method: str, rate: float) -> FillFigures:
+    filled = [gap.frames for gap in done.gaps if not gap.refused]
+    sigma = done.sigma[np.isfinite(done.sigma)]
+    why = Counter(gap.refused for gap in done.gaps if gap.refused)
+    bridged = posture.bridged.any(axis=1) | posture.bridged_root
+    return FillFigures(
+        method=method,
+        gaps=len(done.gaps),
+        filled=len(filled),
+        missing_samples=sum(gap.frames for gap in done.gaps),
+        filled_samples=sum(filled),
+        longest_filled_s=max(filled, default=0) / rate,
+        sigma_m=float(np.median(sigma)) if len(sigma) else float("nan"),
+        bridged_frames=int(bridged.sum()),
+        reasons=dict(why.most_common()),
+    )

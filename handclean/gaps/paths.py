@@ -1,0 +1,150 @@
+"""Paths of joint angles and of the root through the frames that leave them open.
+
+Every gap of every hinge is bridged for itself and all of them at once. The root's
+translation is bridged likewise, and its rotation in a chart: the rotation vector from
+the last known orientation. A path that is smooth there is a motion whose angular
+velocities match those at both ends.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from handclean.arrays import Bools, Floats
+from handclean.gaps.min_acceleration import Bridge, EndFit, bridge
+from handclean.gaps.runs import Cluster, Limits, clusters_of
+from handclean.gaps.trial import Law, choose, shape
+from handclean.tree import POSE_HEAD, JointTree
+
+SUPPORTED = 2.0
+"""How much further off a path through several gaps is, whose inner velocities nothing
+gives."""
+
+UNTRIED = Law(lengths=np.zeros(0), floor=np.zeros(0), gain=np.zeros(0))
+
+LEAST_VARIANCE = 1e-10
+"""[rad^2], [m^2] no bridge is surer than this."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paths:
+    """Poses led through the gaps of a take, and how sure they are.
+
+    Attributes
+    ----------
+    poses : (T, 7 + D)
+    hinge_variance : (T, D) [rad^2], 0 where a hinge is not bridged.
+    root_variance : (T, 2) [m^2], [rad^2] per axis, 0 where the root is not bridged.
+    clusters : of hinges (by column) and of the root (column D), refused ones too.
+    """
+
+    poses: Floats
+    hinge_variance: Floats
+    root_variance: Floats
+    clusters: tuple[Cluster, ...]
+
+
+def lay_paths(
+    tree: JointTree, solved: Floats, open_hinge: Bools, open_root: Bools, limits: Limits
+) -> Paths:
+    """Bridge what is open in a take.
+
+    Parameters
+    ----------
+    solved : (T, 7 + D) poses, to be kept where nothing is open.
+    open_hinge : (T, D); open_root : (T,)
+    """
+    poses = solved.copy()
+    hinge_variance, clusters = _lay_hinges(poses, open_hinge, limits)
+    low, high = tree.limits.T
+    poses[:, POSE_HEAD:] = np.clip(poses[:, POSE_HEAD:], low, high)
+    root_variance, root_clusters = _lay_root(poses, open_root, limits)
+    return Paths(
+        poses=poses,
+        hinge_variance=hinge_variance,
+        root_variance=root_variance,
+        clusters=(*clusters, *root_clusters),
+    )
+
+
+def _lay_hinges(
+    poses: Floats, is_open: Bools, limits: Limits
+) -> tuple[Floats, list[Cluster]]:
+    """Bridge angles in place; return (T, D) variances and what was found."""
+    variance = np.zeros(is_open.shape)
+    columns = np.flatnonzero(is_open.any(axis=0))
+    if len(columns) == 0:
+        return variance, []
+    angles, known = poses[:, POSE_HEAD:].copy(), ~is_open
+    fit, law = choose(angles, known, limits.longest, limits.rate)
+    clusters: list[Cluster] = []
+    for column in columns:
+        found = clusters_of(known[:, column], limits, int(column))
+        clusters += found
+        for part in _bridges(angles[:, [column]], known[:, column], found, fit, limits):
+            rows = slice(part.start, part.stop)
+            poses[rows, POSE_HEAD + column] = part.path[:, 0]
+            variance[rows, column] = _along(part, law)
+    return variance, clusters
+
+
+def _lay_root(
+    poses: Floats, is_open: Bools, limits: Limits
+) -> tuple[Floats, list[Cluster]]:
+    """Bridge the root in place; return (T, 2) variances and what was found."""
+    variance, known = np.zeros((len(poses), 2)), ~is_open
+    found = clusters_of(known, limits, poses.shape[1] - POSE_HEAD)
+    if not found:
+        return variance, []
+    places, turns = poses[:, :3].copy(), poses[:, 3:POSE_HEAD].copy()
+    fit, law = choose(
+        places, np.repeat(known[:, None], 3, axis=1), limits.longest, limits.rate
+    )
+    for cluster in found:
+        chart, origin = _chart(turns, known, cluster, max(2 * limits.seed, fit.frames))
+        both = np.hstack([places, chart])
+        for part in _bridges(both, known, [cluster], fit, limits):
+            rows = slice(part.start, part.stop)
+            poses[rows, :3] = part.path[:, :3]
+            turn = (origin * Rotation.from_rotvec(part.path[:, 3:])).as_quat()
+            poses[rows, 3:POSE_HEAD] = np.roll(turn, 1, axis=1)
+            variance[rows, 0] = _along(part, law, slice(0, 3))
+            variance[rows, 1] = _along(part, UNTRIED, slice(3, 6))
+    return variance, found
+
+
+def _bridges(
+    values: Floats, known: Bools, found: list[Cluster], fit: EndFit, limits: Limits
+) -> list[Bridge]:
+    reach = max(2 * limits.seed, fit.frames)
+    return [
+        part
+        for cluster in found
+        if not cluster.refused
+        for part in bridge(values, known, cluster, fit, reach)
+    ]
+
+
+def _along(part: Bridge, law: Law, columns: slice = slice(None)) -> Floats:
+    """(N,) variance per axis along a bridge: its law and the noise of its ends."""
+    bend = part.bend[columns] * (SUPPORTED if part.supported else 1.0)
+    frames = part.stop - part.start
+    middle = float(np.mean(law.variance(frames, bend)))
+    noise = float(np.mean(law.variance(1, np.zeros(1))))
+    return np.asarray(middle * shape(frames) ** 2 + noise + LEAST_VARIANCE)
+
+
+def _chart(
+    turns: Floats, known: Bools, cluster: Cluster, reach: int
+) -> tuple[Floats, Rotation]:
+    """(T, 3) [rad] known orientations near a cluster, from the last one before it."""
+    vectors = np.zeros((len(turns), 3))
+    first = max(cluster.start - reach, 0)
+    frames = np.arange(first, min(cluster.stop + reach, len(turns)))
+    frames = frames[known[frames]]
+    around = Rotation.from_quat(np.roll(turns[frames], -1, axis=1))
+    last = int(np.searchsorted(frames, cluster.start)) - 1
+    origin = around[max(last, 0)]
+    vectors[frames] = (origin.inv() * around).as_rotvec()
+    return vectors, origin

@@ -1,0 +1,231 @@
+"""The posture of a whole take, interpolated where markers leave it open.
+
+What markers in sight do not decide (`decided`) runs along paths of least acceleration
+(`paths`). How uncertain such a path is then meets what the markers in sight still say:
+each frame with something open minimises ::
+
+    sum_m |t_m - p_m|^2 / sigma^2 + sum_d (q_d - path_d)^2 / sigma_d^2
+
+over root and angles, so that a joint that is half decided follows both, and one that is
+not decided at all stays on its path. Where the root itself is open, the markers that are
+missing take part at the places where the path has them, with the path's sigma.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats, Ints, expect_shape
+from handclean.gaps.decided import Decided, decide, posterior, prior_precision
+from handclean.gaps.leftovers import PARTIAL, Leftovers, carry, left_over
+from handclean.gaps.paths import Paths, lay_paths
+from handclean.gaps.refine import placed, refined
+from handclean.gaps.runs import Gap, Limits
+from handclean.hand.model import Model, jacobian, marker_positions
+from handclean.ik.frames import LOOSE
+from handclean.ik.settings import SolveConfig
+from handclean.ik.solve import Solution
+from handclean.tree import ROOT_DOFS
+
+QUIETEST = 2e-5
+"""[m] marker noise per axis is not believed to be less."""
+
+ARM = 0.1
+"""[m] how far from the root a turn of the root is felt."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Posture:
+    """A take's posture, bridged.
+
+    Attributes
+    ----------
+    poses : (T, 7 + D)
+    points : (T, M, 3) [m] where it has the markers, left-overs carried along.
+    sigma : (T, D) [rad] standard deviation, NaN where neither markers nor a bridge
+        decide a hinge.
+    bridged, open_hinge : (T, D) hinges on a path; hinges that are open and stay so.
+    bridged_root, open_root : (T,) the same of the root.
+    marker_variance : (T, M) [m^2] squared distance that the posture's uncertainty makes
+        between an expected but missing marker and where it is thought to be, else 0.
+    leftovers : how the markers' places on their bones move.
+    gaps : of hinges (by column) and of the root (column D), with what became of them.
+    """
+
+    poses: Floats
+    points: Floats
+    sigma: Floats
+    bridged: Bools
+    open_hinge: Bools
+    bridged_root: Bools
+    open_root: Bools
+    marker_variance: Floats
+    leftovers: Leftovers
+    gaps: tuple[Gap, ...]
+
+
+def marker_noise(
+    model: Model, positions: Floats, solution: Solution, known: Floats
+) -> Floats:
+    """(M,) [m] standard deviation of each marker per axis, about the solved posture.
+
+    Parameters
+    ----------
+    known : (M,) [m] RMS residuals from a calibration, NaN where there are none; the
+        larger of the two counts.
+    """
+    away = positions - marker_positions(model, solution.poses)
+    away[~solution.trusted] = np.nan
+    square = np.sum(away * away, axis=2)
+    count = np.isfinite(square).sum(axis=0)
+    rms = np.sqrt(np.nansum(square, axis=0) / np.maximum(count, 1))
+    usual = np.median(rms[count > 0]) if np.any(count > 0) else QUIETEST
+    rms[count == 0] = usual
+    return np.asarray(np.maximum(np.fmax(rms, known) / np.sqrt(3.0), QUIETEST))
+
+
+def bridge_posture(
+    model: Model,
+    positions: Floats,
+    expected: Bools,
+    solution: Solution,
+    noise: Floats,
+    limits: Limits,
+    *,
+    follows: bool,
+    settings: SolveConfig | None = None,
+) -> Posture:
+    """Interpolate the posture wherever markers are missing for a short while.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) [m] measured samples of the model's markers, NaN elsewhere.
+    expected : (T, M) samples measured, or missing in a gap short enough to fill.
+    solution : inverse kinematics of ``positions``.
+    noise : (M,) [m] standard deviation of the markers per axis.
+    follows : whether joints that nothing decides follow a posture subspace.
+    """
+    settings = settings or SolveConfig()
+    expect_shape("expected", expected, *positions.shape[:2])
+    solved, hinges = solution.poses, len(model.tree.hinges)
+    seen: Bools = np.isfinite(positions).all(axis=2)
+    decided = decide(
+        model, solved, seen, expected, noise, settings.prior_m, follows=follows
+    )
+    unknown = decided.affected.any(axis=1) | decided.root
+    whole = ~(expected & ~seen).any(axis=1)
+    tells = np.where(unknown, 0.0, np.where(whole, 1.0, PARTIAL))
+    local = left_over(model, solved, positions)
+    leftovers = carry(local, tells, limits.longest)
+    targets = _Targets(model, positions, seen, leftovers.places, noise, settings)
+
+    part = np.flatnonzero(~whole & ~unknown)
+    poses = solved.copy()
+    poses[part] = targets.fitted(part, poses, np.zeros((len(poses), hinges)))
+    paths = lay_paths(model.tree, poses, decided.affected, decided.root, limits)
+    poses = paths.poses.copy()
+    part = np.flatnonzero(unknown)
+    poses[part] = targets.fitted(
+        part, poses, _held(paths, decided), paths.root_variance
+    )
+    sigma, variance = _spread(model, poses, seen, expected, noise, paths)
+    bridged = paths.hinge_variance > 0.0
+    bridged_root = paths.root_variance[:, 0] > 0.0
+    return Posture(
+        poses=poses,
+        points=placed(model, poses, leftovers.places),
+        sigma=np.where(bridged, sigma, decided.sigma),
+        bridged=bridged,
+        open_hinge=decided.affected & ~bridged,
+        bridged_root=bridged_root,
+        open_root=decided.root & ~bridged_root,
+        marker_variance=variance,
+        leftovers=leftovers,
+        gaps=tuple(gap for cluster in paths.clusters for gap in cluster.gaps),
+    )
+
+
+def _held(paths: Paths, decided: Decided) -> Floats:
+    """(T, D) [rad^2] how surely each hinge is where its path has it, 0 if it is free."""
+    held = paths.hinge_variance.copy()
+    held[decided.affected & (held == 0.0)] = LOOSE**2
+    return held
+
+
+@dataclass(frozen=True)
+class _Targets:
+    """The markers in sight, to fit poses to."""
+
+    model: Model
+    positions: Floats
+    seen: Bools
+    moved: Floats
+    noise: Floats
+    settings: SolveConfig
+
+    def fitted(
+        self, frames: Ints, poses: Floats, held: Floats, root: Floats | None = None
+    ) -> Floats:
+        """(N, 7 + D) poses of some frames, fitted.
+
+        Parameters
+        ----------
+        poses : (T, 7 + D) to start from.
+        held : (T, D) [rad^2] variance of the angles there, 0 where they are free.
+        root : (T, 2) [m^2], [rad^2] variance of the root there, 0 where it is free;
+            where it is not, missing markers count at the places they have there.
+        """
+        usual = float(np.median(self.noise)) ** 2
+        rows, moved = poses[frames], self.moved[frames]
+        targets = self.positions[frames]
+        weight = self.seen[frames].astype(np.float64)
+        if root is not None and (root[frames, 0] > 0.0).any():
+            loose = root[frames, 0] + ARM**2 * root[frames, 1]
+            absent = ~self.seen[frames] & (loose[:, None] > 0.0)
+            targets = np.where(
+                absent[:, :, None], placed(self.model, rows, moved), targets
+            )
+            share = usual / np.where(loose > 0.0, loose, 1.0)
+            weight = np.where(absent, share[:, None], weight)
+        anchor = np.zeros(held[frames].shape)
+        np.divide(usual, held[frames], out=anchor, where=held[frames] > 0.0)
+        return refined(self.model, rows, targets, weight, moved, anchor, self.settings)
+
+
+def _spread(
+    model: Model,
+    poses: Floats,
+    seen: Bools,
+    expected: Bools,
+    noise: Floats,
+    paths: Paths,
+) -> tuple[Floats, Floats]:
+    """(T, D) [rad] sigma of angles, (T, M) [m^2] variance of missing markers."""
+    sigma = np.full(paths.hinge_variance.shape, np.nan)
+    variance = np.zeros(seen.shape)
+    loose = prior_precision(sigma.shape[1])
+    missing = expected & ~seen
+    for t in np.flatnonzero(missing.any(axis=1)):
+        precision = loose.copy()
+        on_path = np.flatnonzero(paths.hinge_variance[t])
+        precision[ROOT_DOFS + on_path] = 1.0 / paths.hinge_variance[t, on_path]
+        if paths.root_variance[t, 0] > 0.0:
+            precision[:ROOT_DOFS] = np.repeat(1.0 / paths.root_variance[t], 3)
+        columns = jacobian(model, poses[t])
+        covariance = posterior(columns, seen[t], noise, precision)
+        sigma[t] = np.sqrt(np.diag(covariance)[ROOT_DOFS:])
+        moved = columns[missing[t]]
+        variance[t, missing[t]] = np.einsum("mia,ab,mib->m", moved, covariance, moved)
+    return sigma, variance
+
+
+def what_is_open(
+    posture: Posture, model: Model, bone: int, start: int, stop: int
+) -> str:
+    """Say what stays open, between frames, of all that moves a bone; "" if nothing."""
+    if posture.open_root[start:stop].any():
+        return "the hand's place"
+    carried = model.tree.carried_by()[bone]
+    still_open = posture.open_hinge[start:stop, carried].any(axis=0)
+    names = [name for name, c in zip(model.tree.hinges, carried, strict=True) if c]
+    return next((n for n, o in zip(names, still_open, strict=True) if o), "")

@@ -1,0 +1,109 @@
+"""Postures refined with the markers that are there, each in a place of its own."""
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.hand.model import Model
+from handclean.ik.settings import SolveConfig
+from handclean.ik.solve import chain_of
+from handclean.kernels import jit
+from handclean.kernels.gauss_newton import Chain, Work, make_work, misfit, solve_full
+
+
+@jit
+def refine_frames(
+    targets: Floats,
+    weight: Floats,
+    places: Floats,
+    tree: Chain,
+    k: Work,
+    anchor: Floats,
+    damping: float,
+    iterations: int,
+    enough_m: float,
+    poses: Floats,
+) -> None:
+    """Refine poses frame by frame, each from itself.
+
+    Parameters
+    ----------
+    targets : (N, M, 3) [m]; weight : (N, M), 0 where there is no target.
+    places : (N, M, 3) [m] of the markers in their links' frames, frame by frame.
+    tree : its marker places do not matter.
+    anchor : (N, D) [m^2/rad^2] what holds each hinge where it is.
+    poses : (N, 7 + D), overwritten by the result.
+    """
+    for n in range(poses.shape[0]):
+        moved = Chain(
+            tree.parent, tree.offset, tree.axis, tree.link, places[n], tree.limits
+        )
+        rest = poses[n, 7:].copy()
+        solve_full(
+            poses[n], targets[n], weight[n], moved, k, rest, anchor[n], damping,
+            iterations, enough_m,
+        )  # fmt: skip
+
+
+@jit
+def place_frames(
+    poses: Floats, weight: Floats, places: Floats, tree: Chain, k: Work, points: Floats
+) -> None:
+    """Write where markers are whose places differ from frame to frame.
+
+    Parameters
+    ----------
+    poses : (N, 7 + D); weight : (M,) ones; places : (N, M, 3) [m], as above.
+    points : (N, M, 3) [m] overwritten in full.
+    """
+    for n in range(poses.shape[0]):
+        moved = Chain(
+            tree.parent, tree.offset, tree.axis, tree.link, places[n], tree.limits
+        )
+        misfit(poses[n], points[n], weight, moved, k)
+        for m in range(points.shape[1]):
+            for i in range(3):
+                points[n, m, i] = poses[n, i] + k.point[m, i]
+
+
+def refined(
+    model: Model,
+    poses: Floats,
+    targets: Floats,
+    weight: Floats,
+    moved: Floats,
+    anchor: Floats,
+    settings: SolveConfig,
+) -> Floats:
+    """(N, 7 + D) poses that fit targets as far as the anchors let them.
+
+    Parameters
+    ----------
+    poses : (N, 7 + D) to start from; its angles are where the anchors hold.
+    targets : (N, M, 3) [m], anything where there is none; weight : (N, M) there 0.
+    moved : (N, M, 3) [m] what to add to the markers' places on their bones.
+    anchor : (N, D) [m^2/rad^2]
+    """
+    out = poses.copy()
+    work = make_work(len(model.tree.hinges), len(model.labels), 0)
+    refine_frames(
+        np.where(weight[:, :, None] > 0.0, targets, 0.0),
+        weight,
+        model.link_at + moved,
+        chain_of(model),
+        work,
+        anchor,
+        settings.damping,
+        settings.iterations,
+        settings.enough_m,
+        out,
+    )
+    return out
+
+
+def placed(model: Model, poses: Floats, moved: Floats) -> Floats:
+    """(N, M, 3) [m] where markers are whose places on their bones are moved."""
+    points = np.zeros(moved.shape)
+    work = make_work(len(model.tree.hinges), len(model.labels), 0)
+    ones = np.ones(len(model.labels))
+    place_frames(poses, ones, model.link_at + moved, chain_of(model), work, points)
+    return points

@@ -1,0 +1,48 @@
+"""What a filler may look at, and how it says no."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats
+from handclean.gaps.posture import Posture
+from handclean.gaps.runs import Gap, Limits
+from handclean.hand.model import Model
+
+
+class Refused(Exception):
+    """A gap that a filler cannot fill, and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """A labelled take with gaps.
+
+    Attributes
+    ----------
+    positions : (T, M, 3) [m] measured samples of the model's markers, NaN elsewhere.
+    model : the hand with these markers.
+    posture : the take's posture, bridged.
+    limits : what may be bridged.
+    seen : (T, M) which samples are measured.
+    """
+
+    positions: Floats
+    model: Model
+    posture: Posture
+    limits: Limits
+    seen: Bools = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        seen = np.isfinite(self.positions).all(axis=2)
+        object.__setattr__(self, "seen", seen)
+
+    def seen_through(self, gap: Gap) -> Bools:
+        """(M,) which markers are in sight in all of a gap and at both its ends."""
+        return np.asarray(self.seen[gap.start - 1 : gap.stop + 1].all(axis=0))
+
+
+Filler = Callable[[Scene, Gap], Floats]
+"""Gives the (N, 3) [m] places of a marker in a gap that is not refused, so that known
+samples enclose it; raises `Refused`. It changes nothing."""
