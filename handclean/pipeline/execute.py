@@ -71,16 +71,18 @@ def _do(work: Work, task: Task) -> Report:
     sources = tuple(replace(s, sha256=digests.get(s.path, "")) for s in task.sources)
     outcome = _outcome(work, replace(task, sources=sources))
     entry = record.finished(begun, outcome)
-    outputs.write(task, outcome, entry)
-    return _done(entry["figures"], outcome)
+    lost = outputs.write(task, outcome, entry)
+    return _done(entry["figures"], outcome, lost)
 
 
-def _done(figures: dict[str, Any], outcome: Outcome) -> Report:
+def _done(
+    figures: dict[str, Any], outcome: Outcome, lost: tuple[str, ...] = ()
+) -> Report:
     return Report(
         status="done",
         line=outcome.line,
         figures=figures,
-        warnings=outcome.warnings,
+        warnings=(*outcome.warnings, *lost),
     )
 
 

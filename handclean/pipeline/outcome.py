@@ -15,9 +15,9 @@ from typing import Any
 Entry = Mapping[str, Any]
 """One entry of a provenance: plain JSON values."""
 
-Writer = Callable[[Path, tuple[Entry, ...]], None]
-"""Writes one output to a path of the right suffix, with its provenance inside it
-where the format has a place for that (HDF5)."""
+Writer = Callable[[Path, tuple[Entry, ...]], tuple[str, ...] | None]
+"""Writes one output to a path of the right suffix, with its provenance inside it where
+the format has a place for that (HDF5); may say what the format could not hold."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,11 +7,12 @@ machine stop between the two, the next run finds no output and makes it again.
 
 import os
 import stat
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 
-from handclean.errors import FileError
+from handclean.errors import FileError, HandcleanError
 from handclean.pipeline import record
 from handclean.pipeline.batch import Task
 from handclean.pipeline.interrupts import held_back
@@ -62,8 +63,12 @@ def touch(task: Task) -> None:
         os.utime(path)
 
 
-def write(task: Task, outcome: Outcome, entry: Entry) -> None:
+def write(task: Task, outcome: Outcome, entry: Entry) -> tuple[str, ...]:
     """Write every output of a task and put it in its place.
+
+    Returns
+    -------
+    what the formats could not hold, one line each
 
     Raises
     ------
@@ -72,26 +77,50 @@ def write(task: Task, outcome: Outcome, entry: Entry) -> None:
     OSError
         If a disk is full or a folder cannot be made.
     """
-    provenance = (*outcome.history, entry)
     places = [Path(os.path.realpath(path)) for path in task.outputs]
     try:
         staged: dict[Path, Path] = {}
-        pairs = zip(places, outcome.writers, strict=True)
-        for number, (place, writer) in enumerate(pairs):
+        warnings: list[str] = []
+        for number, (place, writer) in enumerate(
+            zip(places, outcome.writers, strict=True)
+        ):
             temporary = _temporary(task, number, place)
-            writer(temporary, provenance)
+            with _naming(temporary, task.outputs[number]):
+                warned = writer(temporary, (*outcome.history, entry)) or ()
+            warnings += warned
             _flush(temporary)
             if place.suffix.lower() != ".h5":
                 beside = temporary.with_suffix(".json")
-                text = record.to_json(record.digest(temporary), provenance)
-                beside.write_text(text, encoding="utf-8")
+                told = _warned(entry, warned)
+                record.write_sidecar(beside, temporary, (*outcome.history, told))
                 _flush(beside)
                 staged[beside] = record.sidecar(place)
             staged[temporary] = place
         with held_back():
             _commit(staged, places)
+        return tuple(warnings)
     finally:
         clean(task)
+
+
+def _warned(entry: Entry, warnings: Sequence[str]) -> Entry:
+    if not warnings:
+        return entry
+    return {**entry, "warnings": [*entry["warnings"], *warnings]}
+
+
+@contextmanager
+def _naming(temporary: Path, output: Path) -> Iterator[None]:
+    """Let errors name the output where they name the temporary file."""
+    try:
+        yield
+    except HandcleanError as error:
+        text = str(error).replace(str(temporary), str(output))
+        named = HandcleanError(text)
+        named.exit_status = error.exit_status
+        raise named from None
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(output)) from None
 
 
 def clean(task: Task) -> None:

@@ -43,7 +43,7 @@ def digest(path: Path) -> str:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except FileNotFoundError:
-        raise FileError(path, "there is no such file") from None
+        raise FileError(path, "no such file") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError(path, f"cannot be read: {reason.lower()}") from None
@@ -136,7 +136,7 @@ def _inside(path: Path) -> tuple[Entry, ...]:
     try:
         with h5py.File(path, "r") as file:
             held = file["provenance"][()]
-        return _entries(json.loads(held))
+        return _entries([json.loads(text) for text in held])
     except (OSError, ValueError, KeyError, TypeError, RuntimeError):
         return ()
 
@@ -153,10 +153,11 @@ def sidecar(path: Path) -> Path:
     return path.with_name(path.name + ".made.json")
 
 
-def to_json(sha256: str, provenance: Sequence[Entry]) -> str:
+def write_sidecar(path: Path, output: Path, provenance: Sequence[Entry]) -> None:
     """Write the record that stands beside an output."""
-    document = {"sha256": sha256, "provenance": list(provenance)}
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    document = {"sha256": digest(output), "provenance": list(provenance)}
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
 
 
 def made_at() -> str:

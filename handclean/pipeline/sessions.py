@@ -28,6 +28,14 @@ def read(source: Source) -> Recording:
     return replace(recording, provenance=record.of(source.path))
 
 
+def traps(source: Source, recording: Recording) -> tuple[str, ...]:
+    """Say what was odd about a file that was read; a session was warned of before."""
+    if source.path.suffix.lower() == ".h5":
+        return ()
+    whole = (0, recording.frames)
+    return tuple(e.text for e in recording.events if (e.start, e.stop) == whole)
+
+
 def outcome(
     recording: Recording,
     line: str,
@@ -47,7 +55,7 @@ def outcome(
 def writer(recording: Recording) -> Writer:
     """Make what writes a take, in the format of the path it is given."""
 
-    def write(path: Path, provenance: tuple[Entry, ...]) -> None:
-        files.write(path, replace(recording, provenance=provenance))
+    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
+        return files.write(path, replace(recording, provenance=provenance))
 
     return write

@@ -53,8 +53,8 @@ module = ModuleType("handclean.cli.tally")
 module.command = command
 module.TallyConfig = TallyConfig
 sys.modules["handclean.cli.tally"] = module
-frame.COMMANDS["tally"] = "Count words."
-tables.TABLES["tally"] = "handclean.cli.tally:TallyConfig"
 
 if __name__ == "__main__":
+    frame.COMMANDS["tally"] = "Count words."
+    tables.TABLES["tally"] = "handclean.cli.tally:TallyConfig"
     sys.exit(frame.main())

@@ -52,6 +52,17 @@ def test_text_has_one_line_per_result(inputs, run):
     ]
 
 
+def test_what_a_format_cannot_hold_is_a_warning_and_again_on_a_rerun(inputs, run):
+    paths = inputs(a="lossy odd")
+    for status in ("done", "skipped"):
+        _, (o,), err = run(*paths, output="a.csv")
+        assert (o["status"], o["warnings"]) == (
+            status,
+            ["is odd", "angles are left out"],
+        )
+        assert len(err.splitlines()) == 2
+
+
 def test_quiet_keeps_warnings_back_but_not_errors(inputs, run):
     _, _, err = run(*inputs(a="odd", b="wrong"), output="out", quiet=True)
     assert err == "in/b.txt: is wrong; it should be right\n"
@@ -59,12 +70,20 @@ def test_quiet_keeps_warnings_back_but_not_errors(inputs, run):
 
 def test_whatever_happens_to_one_input_the_others_are_done(inputs, run):
     paths = inputs(
-        a="fine", b="wrong", c="killed", d="exit", e="bug", f="memory", g="full", h="ok"
+        a="fine",
+        b="wrong",
+        c="killed",
+        d="exit",
+        e="bug",
+        f="memory",
+        g="full",
+        h="ok",
+        i="unfit",
     )
     status, objects, err = run(*paths, Path("in/none.txt"), output="out", format=".csv")
     assert status == 1
     said = {Path(o["input"]).stem: o["error"] for o in objects}
-    assert list(said) == [*"abcdefgh", "none"]
+    assert list(said) == [*"abcdefghi", "none"]
     assert said["a"] is None
     assert said["h"] is None
     assert "is wrong" in said["b"]
@@ -73,9 +92,10 @@ def test_whatever_happens_to_one_input_the_others_are_done(inputs, run):
     assert "internal error" in said["e"]
     assert "ZeroDivisionError: two lines" in said["e"]
     assert "not enough memory" in said["f"]
-    assert "no space left on device" in said["g"]
-    assert said["none"] == "in/none.txt: there is no such file"
-    assert len(err.splitlines()) == 7
+    assert said["g"] == "out/g.csv: no space left on device"
+    assert said["i"] == "out/i.csv: cannot hold this"
+    assert said["none"] == "in/none.txt: no such file"
+    assert len(err.splitlines()) == 8
     assert "Traceback" not in err
     assert sorted(tree("out")) == [
         "a.csv", "a.csv.made.json", "h.csv", "h.csv.made.json",

@@ -18,7 +18,9 @@ def convert(source: Source, settings: None) -> Outcome:
     """Read a take and hand it back as it is."""
     recording = sessions.read(source)
     figures = contents(recording)
-    return sessions.outcome(recording, in_words(figures), figures)
+    return sessions.outcome(
+        recording, in_words(figures), figures, sessions.traps(source, recording)
+    )
 
 
 def contents(recording: Recording) -> dict[str, float]:

@@ -29,15 +29,20 @@ def tally(source, settings):
     def write(path, provenance):
         if path.suffix == ".h5":
             with h5py.File(path, "w") as file:
-                file["provenance"] = json.dumps(provenance)
+                file["provenance"] = [json.dumps(entry) for entry in provenance]
                 file["text"] = text
-            return
+            return None
         path.write_text(text.upper())
         if words[:1] == ["linger"]:
             Path(words[1]).write_text(str(os.getpid()))
             time.sleep(60)
         if words[:1] == ["full"]:
             raise OSError(28, "No space left on device", str(path))
+        if words[:1] == ["unfit"]:
+            raise FileError(path, "cannot hold this")
+        if words[:1] == ["lossy"]:
+            return ("angles are left out",)
+        return None
 
     warnings = ("is odd",) if "odd" in words else ()
     return Outcome(

@@ -1,0 +1,21 @@
+"""``handclean inspect``."""
+
+import click
+
+from handclean.cli import options
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+
+
+@click.command("inspect")
+@options.batch(options.SOURCES, options.MANY, options.TELLING)
+def command(batch: Batch) -> int:
+    """Say what is in a file and what is odd about it.
+
+    A file that is damaged is read as far as it goes.
+
+    \b
+    Example:
+        handclean inspect take_07.c3d
+    """
+    return many.run(Work(command="inspect"), batch, suffixes=())

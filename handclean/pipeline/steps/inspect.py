@@ -1,0 +1,100 @@
+"""What is in a file, and what is odd about it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from handclean.io import files
+from handclean.pipeline.batch import Source
+from handclean.pipeline.outcome import Outcome
+
+FIGURES = {
+    "format": "suffix without its dot, or the kind of an HDF5 file",
+    "frames": "frames the file holds",
+    "first_frame": "number of its first frame",
+    "rate": "frames per second, null when the file does not say",
+    "duration_s": "length of the take",
+    "unit": "of lengths in the file",
+    "up_axis": "axis that points up",
+    "markers": "names of the markers",
+    "marker_count": "how many of them",
+    "missing": "share of frames without it, by marker",
+    "samples": "samples that are missing, measured, filled, rejected, smoothed",
+    "gaps": "gaps that have a sample before and after",
+    "longest_gap_frames": "longest of them",
+    "median_gap_frames": "middle one of them",
+    "open_ends": "gaps at the take's edges",
+    "unlabelled_points": "points without a name, over all frames",
+    "most_unlabelled_in_a_frame": "most of them in one frame",
+    "motions": "hands and objects whose motion is known",
+    "skeletons": "joint trees",
+    "analog": "names of analog channels",
+    "analog_rate": "their samples per second",
+    "events": "events",
+    "steps": "commands that made the file",
+    "processor": "C3D: Intel, DEC or MIPS",
+    "numbers": "C3D: integer or float",
+    "scale": "C3D: POINT:SCALE",
+    "points": "C3D: columns of points",
+    "measured": "C3D: measured samples by marker",
+    "unlabelled_columns": "C3D: columns without a name",
+    "model_outputs": "C3D: points that are angles, forces and the like",
+    "groups": "C3D: groups of parameters",
+    "parts": "HDF5 of another kind than a session: its parts",
+    "traps": "what is odd, one line each",
+    "trap_count": "how many of them",
+    "other": "what else the format tells",
+}
+
+
+def inspect(source: Source, settings: None) -> Outcome:
+    """Look into a file; one that is damaged is read as far as it goes."""
+    about = files.inspect(source.path, rate_hz=source.rate_hz, unit=source.unit)
+    figures = {name: about.pop(name) for name in FIGURES if name in about}
+    if "markers" in figures:
+        figures["marker_count"] = len(figures["markers"])
+    figures["trap_count"] = len(figures.setdefault("traps", []))
+    if about:
+        figures["other"] = about
+    return Outcome(line=in_words(figures), figures=figures)
+
+
+def in_words(figures: Mapping[str, Any]) -> str:
+    """Say on one line what is in a file."""
+    words = [_format(figures)]
+    if "frames" in figures:
+        words.append(_length(figures))
+    for name, what in (
+        ("markers", "marker"),
+        ("unlabelled_points", "point"),
+        ("motions", "motion"),
+        ("gaps", "gap"),
+        ("open_ends", "open end"),
+        ("analog", "analog channel"),
+    ):
+        count = _count(figures.get(name, 0))
+        if count:
+            unnamed = " without a name" if what == "point" else ""
+            words.append(f"{count} {what}{'s' * (count != 1)}{unnamed}")
+    if figures.get("steps"):
+        words.append("made by " + ", ".join(figures["steps"]))
+    text = ", ".join(words)
+    return "; odd: ".join(
+        [text, "; ".join(figures["traps"])][: 1 + bool(figures["traps"])]
+    )
+
+
+def _format(figures: Mapping[str, Any]) -> str:
+    parts = (figures.get(name) for name in ("format", "processor", "numbers"))
+    return " ".join(str(part) for part in parts if part)
+
+
+def _length(figures: Mapping[str, Any]) -> str:
+    frames, rate = figures["frames"], figures.get("rate")
+    first = figures.get("first_frame", 1)
+    text = f"{frames} frame{'s' * (frames != 1)}"
+    text += f" from {first}" if first != 1 else ""
+    return text + (f" at {rate:g} Hz" if rate else " at an unknown rate")
+
+
+def _count(value: Any) -> int:
+    return value if isinstance(value, int) else len(value)

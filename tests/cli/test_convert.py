@@ -1,0 +1,179 @@
+"""``handclean convert`` and ``handclean inspect`` on small takes, as users run them."""
+
+import json
+import os
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from handclean.cli.main import main
+from handclean.io import files
+from handclean.pipeline import plan, sessions
+from handclean.pipeline.batch import Source
+from handclean.pipeline.steps.inspect import FIGURES
+from handclean.recording import Recording, trajectories
+
+
+@pytest.fixture
+def take(rng):
+    """Write a small take."""
+
+    def write(path, frames=6):
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        positions = rng.normal(scale=0.1, size=(frames, 3, 3))
+        positions[2:4, 1] = np.nan
+        labels = ("R_THUMB_TIP", "R_INDEX_TIP", "R_WRIST")
+        recording = Recording(
+            rate=120.0, frames=frames, markers=trajectories(positions, labels)
+        )
+        files.write(path, recording)
+        return path
+
+    return write
+
+
+def tree(folder):
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(Path(folder).rglob("*"))
+        if path.is_file()
+    }
+
+
+def provenance(path):
+    with h5py.File(path) as file:
+        return [json.loads(text) for text in file["provenance"][()]]
+
+
+def test_the_formats_that_are_planned_for_are_those_that_are_written():
+    assert set(plan.RECORDINGS) == set(files.WRITERS)
+
+
+def test_every_take_arrives_whatever_its_name_jobs_and_shards(handclean, take):
+    for name in ("S 01/tä ke.h5", "S 01/b.c.csv", "S 02/tä ke.trc"):
+        take(Path("raw") / name)
+    Path("raw/S 02/link.h5").symlink_to("../S 01/tä ke.h5")
+    Path("list.txt").write_text(
+        "".join(f"{path}\n" for path in sorted(Path("raw").rglob("*.*")))
+    )
+    line = ["convert", "--manifest", "list.txt", "--format", "c3d"]
+    env = {**os.environ, "SOURCE_DATE_EPOCH": "1700000000"}
+    one = handclean(*line, "-o", "one", env=env)
+    two = handclean(*line, "-o", "two", "-j2", env=env)
+    for part in ("1/2", "2/2"):
+        handclean(*line, "-o", "parts", "--shard", part, env=env)
+    assert (one.returncode, one.stderr) == (0, "")
+    assert one.stdout.splitlines() == [
+        f"{path} -> {str(path.with_suffix('.c3d')).replace('raw', 'one', 1)}: "
+        "6 frames at 120 Hz, 3 markers"
+        for path in sorted(Path("raw").rglob("*.*"))
+    ]
+    assert two.stdout == one.stdout.replace("> one", "> two")
+    assert [n for n in tree("one") if n.endswith(".c3d")] == [
+        "S 01/b.c.c3d",
+        "S 01/tä ke.c3d",
+        "S 02/link.c3d",
+        "S 02/tä ke.c3d",
+    ]
+    assert tree("one") == tree("two") == tree("parts")
+
+
+def test_a_take_keeps_its_history_through_every_format(handclean, take):
+    take("a.h5")
+    for source, target in (("a.h5", "b.h5"), ("b.h5", "c.c3d"), ("c.c3d", "d.h5")):
+        done = handclean("convert", source, "-o", target)
+        assert done.returncode == 0, done.stderr
+    steps = provenance("d.h5")
+    assert [step["inputs"][0]["name"] for step in steps] == ["a.h5", "b.h5", "c.c3d"]
+    assert {step["command"] for step in steps} == {"convert"}
+    assert steps[-1]["figures"]["markers"] == 3
+    assert sessions.read(Source(path=Path("c.c3d"))).provenance == tuple(steps[:2])
+
+
+def test_a_rerun_skips_until_the_options_differ(handclean, take):
+    take("a.csv")
+    line = ["convert", "a.csv", "-o", "a.h5", "--rate", "120", "--json"]
+
+    def status():
+        return json.loads(handclean(*line).stdout)["status"]
+
+    assert [status(), status()] == ["done", "skipped"]
+    before = Path("a.h5").read_bytes()
+    line += ["--seed", "1"]
+    assert [status(), status()] == ["done", "skipped"]
+    assert Path("a.h5").read_bytes() != before
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.c3d", "a.trc", "a.csv", "a.tsv", "a.bvh"])
+@pytest.mark.parametrize("content", [b"", b"no such format\n", None, "folder"])
+def test_a_bad_input_is_one_line_and_nothing_is_written(capfd, folder, name, content):
+    if content == "folder":
+        Path(name).mkdir()
+    elif content is not None:
+        Path(name).write_bytes(content)
+    line = ["convert", name, "-o", "out/b.h5", "--rate", "120", "--unit", "mm"]
+    before = tree(".")
+    assert main(line) == 1
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith(name)
+    assert err.count("\n") == 1
+    assert tree(".") == before
+    assert not Path("out").exists()
+
+
+def test_a_truncated_take_is_one_line_with_a_way_out(handclean, take):
+    whole = take("a.c3d", frames=200).read_bytes()
+    Path("a.c3d").write_bytes(whole[: len(whole) - 1500])
+    done = handclean("convert", "a.c3d", "-o", "b.h5")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "--lenient" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not Path("b.h5").exists()
+    done = handclean("convert", "a.c3d", "-o", "b.h5", "--lenient")
+    assert done.returncode == 0
+    assert done.stderr.startswith("a.c3d: warning: ")
+
+
+def test_what_a_format_cannot_hold_names_the_output(handclean, take):
+    take("a.h5")
+    done = handclean("convert", "a.h5", "-o", "out/b.bvh")
+    assert done.returncode == 1
+    assert done.stderr.startswith("out/b.bvh: ")
+    assert not Path("out").exists()
+
+
+def test_inspect_has_one_line_or_object_per_file(handclean, take):
+    names = [take("a.h5"), take("b.c3d"), take("c.trc"), Path("none.c3d")]
+    done = handclean("inspect", *names)
+    assert done.returncode == 1
+    assert [line.split(":")[0] for line in done.stdout.splitlines()] == [
+        "a.h5", "b.c3d", "c.trc",
+    ]  # fmt: skip
+    assert "6 frames at 120 Hz, 3 markers" in done.stdout
+    assert done.stderr == "none.c3d: no such file\n"
+    done = handclean("inspect", *names, "--json", "--require", "gaps<=0")
+    objects = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [o["status"] for o in objects] == ["done"] * 3 + ["failed"]
+    assert [o.get("gaps") for o in objects] == [1, 1, 1, None]
+    assert all(o["output"] is None and "other" not in o for o in objects)
+    assert "a.h5: gaps is 1, required <= 0" in done.stderr
+    assert handclean("inspect", "a.h5", "--require", "gaps<=0").returncode == 3
+
+
+def test_inspect_knows_every_figure_it_is_given(shared_data, handclean):
+    some = sorted(shared_data.rglob("*.c3d"))[:6]
+    some += (
+        sorted(shared_data.rglob("*.tsv"))[:1] + sorted(shared_data.rglob("*.bvh"))[:1]
+    )
+    done = handclean("inspect", *some, "--json")
+    objects = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(objects) == len(some)
+    for found in objects:
+        assert "other" not in found
+        assert set(found) - set(FIGURES) == {
+            "input", "output", "status", "error", "seconds", "warnings",
+        }  # fmt: skip
