@@ -1,0 +1,101 @@
+"""What simulated takes are like, beside manipnet's motion and Pavllo's occlusions.
+
+    python tests/bench/bench_simulation.py [trials]
+
+The recordings are those of the folder named by HANDCLEAN_DATA (default: the recordings
+kept beside the project); without them the table has the simulation alone.
+"""
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from handclean.ik.prior import coverage, learn, misfit
+from handclean.io.files import read
+from handclean.simulation.figures import (
+    motion_figures,
+    motion_table,
+    occlusion_figures,
+    occlusion_table,
+)
+from handclean.simulation.settings import SimulateConfig
+from handclean.simulation.simulate import simulate
+
+BESIDE = Path(__file__).parents[3] / "shared" / "data"
+DATA = Path(os.environ.get("HANDCLEAN_DATA", BESIDE))
+
+
+def manipnet():
+    """Angles of every manipnet take, and their rate."""
+    takes, rate = [], 120.0
+    for path in sorted((DATA / "manipnet").glob("*/*.bvh")):
+        recording = read(path)
+        (motion,) = recording.motions.values()
+        takes.append(motion.angles)
+        rate = recording.rate
+    return takes, rate
+
+
+def held(trial):
+    """Frames of a grasp take in which the hand is at the object."""
+    spans = [e for e in trial.truth.events if e.text.split()[0] in ("grasp", "carry")]
+    return slice(spans[0].start, spans[-1].stop)
+
+
+def angles(trial):
+    (motion,) = (m for name, m in trial.truth.motions.items() if name != "object")
+    return motion.angles
+
+
+def main(count):
+    start = time.perf_counter()
+    grasps = list(simulate("grasp", SimulateConfig(trials=count, subjects=18, seed=4)))
+    spent = time.perf_counter() - start
+    free = list(
+        simulate("free", SimulateConfig(trials=count // 4, subjects=18, seed=4))
+    )
+    columns = {
+        "grasp": motion_figures([angles(t) for t in grasps], 200.0),
+        "grasp, at the object": motion_figures(
+            [angles(t)[held(t)] for t in grasps], 200.0
+        ),
+        "free": motion_figures([angles(t) for t in free], 200.0),
+    }
+    real, rate = manipnet()
+    if real:
+        columns["manipnet"] = motion_figures(real, rate)
+    print(f"{count} takes of 5 s in {spent:.1f} s, compiling included\n")
+    print(motion_table(columns))
+    seen = {"grasp": grasps, "free": free}
+    figures = {
+        name: occlusion_figures(
+            [t.labelled.markers.measured for t in trials], 200.0, seen_at_hz=60.0
+        )
+        for name, trials in seen.items()
+    }
+    print(occlusion_table(figures))
+    names = next(iter(grasps)).subject.model.tree.hinges
+    half = len(grasps) // 2
+    kinds = {
+        "grasps": [angles(t) for t in grasps[:half]],
+        "grasps and gestures": [angles(t) for t in (*grasps[:half], *free)],
+    }
+    tests = {"held-out grasps": np.concatenate([angles(t) for t in grasps[half:]])}
+    if real:
+        tests["manipnet"] = np.concatenate(real)
+    for learnt, takes in kinds.items():
+        prior = learn(takes, names, share=1.0)
+        for name, test in tests.items():
+            shares, left = coverage(prior, test), np.degrees(misfit(prior, test))
+            said = ", ".join(
+                f"{k}: {shares[k - 1]:.1%} ({left[k]:.1f} deg)"
+                for k in (2, 4, 6, 8, 10)
+            )
+            print(f"prior from {learnt}, variance of {name} covered: {said}")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
