@@ -146,9 +146,12 @@ def _one_hinge(
     return _twist(turned @ rest.T, axis)[:, None], rest
 
 
-def _two_hinges(turn: Floats, axes: Floats) -> Floats:
-    """(T, 2) [rad] angles of ``Rot(a1) Rot(a2)`` nearest to (T, 3, 3) rotations."""
-    first = np.zeros(len(turn))
+def _two_hinges(turn: Floats, axes: Floats, first: Floats | None = None) -> Floats:
+    """(T, 2) [rad] angles of ``Rot(a1) Rot(a2)`` nearest to (T, 3, 3) rotations.
+
+    ``first`` (T,) is where to start the first angle; each is then set in turn.
+    """
+    first = np.zeros(len(turn)) if first is None else first
     for _ in range(_SWEEPS):
         last = first
         second = _twist(about_line(axes[0], -first) @ turn, axes[1])
@@ -165,8 +168,9 @@ def _rest_of_two(turned: Floats, axes: Floats, along: Floats, own: Floats) -> Fl
     best, rest = np.inf, start
     for quarter in range(4):
         trial = about_line(along, np.array([quarter * np.pi / 2]))[0] @ start
+        angles = np.zeros((len(sample), 2))
         for _ in range(_SWEEPS):
-            angles = _two_hinges(sample @ trial.T, axes)
+            angles = _two_hinges(sample @ trial.T, axes, angles[:, 0])
             left = _left(sample, angles, axes, trial)
             turn = _twist(_mean(left)[None], along)
             trial = about_line(along, turn)[0] @ trial
