@@ -102,11 +102,27 @@ def _draw_postures(
     opened = np.concatenate([grasp.opened, np.zeros(free)])
     wide = rng.uniform(0.75, 1.25)
     opened += (wide - 1.0) * (opened - closed)
-    vary = np.array([2.0 if n.endswith("mcp_abduction") else 5.5 for n in names])
-    closed[:20] += person.habit[:20] + np.radians(rng.normal(0.0, vary))
-    opened[:20] += person.habit[:20] + np.radians(rng.normal(0.0, vary))
+    for angles in (closed, opened):
+        angles[:20] += person.habit[:20] + _whim(names, rng)
     low, high = person.reach.T
     return np.clip(closed, low, high), np.clip(opened, low, high)
+
+
+def _whim(names: tuple[str, ...], rng: np.random.Generator) -> Floats:
+    """(D,) [rad] how a posture deviates this time: joint by joint, and as a slant from
+    the index to the little finger of all joints of a kind.
+    """
+    slant = {kind: rng.normal(0.0, 5.0) for kind in ("mcp", "pip", "dip")}
+    out = np.zeros(len(names))
+    for d, name in enumerate(names):
+        finger, kind, motion = name.split("_")
+        if motion == "abduction" and finger != "thumb":
+            out[d] = rng.normal(0.0, 2.0)
+        else:
+            out[d] = rng.normal(0.0, 5.5)
+            if finger != "thumb":
+                out[d] += slant[kind] * (FINGERS.index(finger) - 2.5) / 1.1
+    return np.radians(out)
 
 
 def _pose(person: Person, angles: Floats) -> Floats:
