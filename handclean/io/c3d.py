@@ -1,10 +1,11 @@
 """C3D files: reading, writing, looking into them.
 
 Reading is handclean's own. The ``c3d`` package (0.6) is right about residuals, masks
-and all three processors, but it refuses 6 of the 24 c3d.org samples that the tests know
-(header and parameters that disagree, parameters of one name, an empty or a damaged
-parameter section, a TRIAL field of two dimensions), stops at 255 labels, and does not
-keep what rewriting needs: every byte it does not own. A second parser would be needed
+and all three processors, but it refuses 5 of the 24 c3d.org samples that the tests know
+(header and parameters that disagree, groups of one name, a damaged parameter section, a
+TRIAL field of two dimensions), misreads others (missing points written unsigned, a DEC
+0, more than 255 labels, long takes that do not start at frame 1), and does not keep
+what rewriting needs: every byte that is not handclean's. A second parser would be needed
 for these; one is enough. ``c3d`` and ``ezc3d`` are the tests' oracles instead, each for
 what it is right about.
 

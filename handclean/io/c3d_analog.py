@@ -36,6 +36,8 @@ class Gains:
 
 def channels_of(head: Head, words: int) -> int:
     """Analog channels, given the analog words of a frame; 0 if it does not divide."""
+    if not words:
+        return 0
     used = count(head.section, "ANALOG", "USED") or 0
     if used and words % used == 0:
         return used

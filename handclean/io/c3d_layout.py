@@ -209,15 +209,16 @@ def _frames_to_the_end(raw: Bytes, room: int, frame_bytes: int) -> int:
 
 def _shapes(header: Header, section: Section, at: int, size: int) -> list[_Shape]:
     """Combinations of what parameters and header say, the parameters' first."""
-    starts = [count(section, "POINT", "DATA_START"), header.data_block]
     beyond = header.parameter_block
-    blocks = [s for s in starts if s and s > beyond and at + (s - 1) * BLOCK < size]
+    said = [count(section, "POINT", "DATA_START"), header.data_block]
+    starts = [s for s in said if s and s > beyond] or [beyond + (section.lead[2] or 1)]
+    blocks = [s for s in starts if at + (s - 1) * BLOCK < size] or starts[:1]
     used = count(section, "POINT", "USED")
     points = [p for p in (used, header.points) if p]
     scale = section.numbers("POINT", "SCALE")
     scales = [s for s in (*scale[:1].tolist(), header.scale) if s == s and s != 0]
     combinations = product(
-        _unique(blocks) or [header.data_block or beyond + 1],
+        _unique(blocks),
         _unique(points) or [0],
         _unique(_analog_words(header, section)),
         _unique([s < 0 for s in scales]) or [False],
@@ -262,7 +263,7 @@ def _frame_claims(header: Header, section: Section) -> list[_Claim]:
     ]
     claims = [_Claim(n, who) for who, n in said if n]
     saturated = is_full or (not claims and header.last == FULL)
-    if saturated and not any(c.frames > FULL for c in claims):
+    if saturated and not any(c.frames >= FULL for c in claims):
         claims.append(_Claim(FULL, "the size of the file", at_least=True))
     return [c for c in claims if c.frames > 0]
 

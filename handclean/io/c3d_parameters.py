@@ -48,8 +48,8 @@ class Entry:
     """One group or parameter, decoded as far as its bytes allow.
 
     ``raw`` reaches to the next entry. ``data`` may be shorter than the dimensions ask
-    for when the entry is ``cut``. An entry is ``lost`` when its distance to the next leads
-    out of the section; it ends where its own content does.
+    for when the entry is ``cut``. An entry is ``lost`` when its distance to the next
+    leads out of the section; it ends where its own content does.
     """
 
     raw: bytes
@@ -101,7 +101,8 @@ class Section:
 
     def values(self, entry: Entry, unsigned: bool = False) -> Floats:
         """Numbers of an entry, flat, as float64; empty for characters."""
-        return numbers_of(entry, self.processor, unsigned).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a signalling NaN
+            return numbers_of(entry, self.processor, unsigned).astype(np.float64)
 
     def strings(self, group: str, name: str) -> list[str]:
         """Strings of a parameter and of its continuations NAME2, NAME3 ..."""

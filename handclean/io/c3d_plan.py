@@ -25,7 +25,7 @@ from handclean.io.c3d_parameters import (
     with_strings,
     with_text,
 )
-from handclean.io.c3d_samples import SHORT_MAX, SHORT_MIN, Coding, present
+from handclean.io.c3d_samples import SHORT_MAX, SHORT_MIN, Coding, placed, valid
 from handclean.io.c3d_structure import (
     MAGIC,
     Head,
@@ -160,17 +160,12 @@ def _is_silent(source: Source, column: int) -> bool:
         return False
     words = source.frames[:, 4 * column : 4 * column + 4]
     with np.errstate(all="ignore"):
-        return not present(source.coding.numbers(words)).any()
+        numbers = source.coding.numbers(words)
+        return not (valid(numbers) & placed(numbers)).any()
 
 
-def _extent(recording: Recording, where: Path | str) -> tuple[float, float]:
-    """[m] the smallest and the largest coordinate of any point; 0 if there are none.
-
-    Raises
-    ------
-    FileError
-        If one does not fit a float of 32 bits.
-    """
+def _extent(recording: Recording) -> tuple[float, float]:
+    """[m] the smallest and the largest coordinate of any point; 0 if there are none."""
     low, high = 0.0, 0.0
     markers, points = recording.markers, recording.unlabelled
     for positions in (
@@ -180,24 +175,33 @@ def _extent(recording: Recording, where: Path | str) -> tuple[float, float]:
         step = max(BLOCK_SAMPLES * 3 // max(positions[:1].size, 1), 1)
         for begin in range(0, len(positions), step):
             block = positions[begin : begin + step]
-            low = float(np.fmin.reduce(block, axis=None, initial=low))
-            high = float(np.fmax.reduce(block, axis=None, initial=high))
-    if not max(-low, high) < 1e30:
-        wrong = f"a coordinate of {max(-low, high):g} m is no place"
-        raise FileError(where, wrong, "missing points should be NaN")
+            ends = [f.reduce(block, axis=None, initial=0.0) for f in (np.fmin, np.fmax)]
+            if not np.isfinite(ends).all():
+                block = block[np.isfinite(block)]
+                ends = [block.min(initial=0.0), block.max(initial=0.0)]
+            low, high = min(low, float(ends[0])), max(high, float(ends[1]))
     return low, high
+
+
+def _check_fits(largest: float, coding: Coding, where: Path | str) -> None:
+    """Refuse a coordinate [m] that a float of 32 bits cannot hold."""
+    is_dec = coding.processor is Processor.DEC
+    most = 1.7e38 if is_dec else float(np.finfo(np.float32).max)
+    if largest / coding.metres > most:
+        raise FileError(where, f"a coordinate of {largest:g} m is no place")
 
 
 def _new(
     recording: Recording, columns: Columns, angles: Angles, where: Path | str
 ) -> Writing:
     """Plan a file of handclean's own: Intel floats, mm."""
-    low, high = _extent(recording, where)
+    low, high = _extent(recording)
     largest = max(-low, high) / METRES["mm"]
-    scale = float(np.float32(max(largest / TOP, 1e-6)))
+    scale = float(np.float32(np.clip(largest / TOP, 1e-6, 1e30)))
     coding = Coding(
         processor=Processor.INTEL, is_float=True, scale=scale, metres=METRES["mm"]
     )
+    _check_fits(max(-low, high), coding, where)
     per_frame, channels, analog = 0, 0, None
     if recording.analog is not None and recording.analog.values.size:
         channels = recording.analog.values.shape[1]
@@ -305,7 +309,8 @@ def _again(
     turn = 180.0 / np.pi
     if head.section.strings("POINT", "ANGLE_UNITS")[:1] == ["rad"]:
         turn = 1.0
-    low, high = _extent(recording, where)
+    low, high = _extent(recording)
+    _check_fits(max(-low, high), coding, where)
     if not coding.is_float:
         values = angles.values[np.isfinite(angles.values)] * turn
         low = min(low / coding.metres, float(values.min(initial=0.0)))

@@ -225,15 +225,17 @@ def valid(numbers: NDArray[Any]) -> Bools:
     word = numbers[..., 3]
     here: Bools = (word >= 0) & (word <= SHORT_MAX)
     if numbers.dtype.kind == "f":
-        here &= np.isfinite(numbers[..., 0] + numbers[..., 1] + numbers[..., 2])
+        for axis in range(3):
+            here &= np.isfinite(numbers[..., axis])
     return here
 
 
-def present(numbers: NDArray[Any]) -> Bools:
-    """(...) samples (..., 4) that are valid and not at (0, 0, 0)."""
-    x, y, z = (numbers[..., i] for i in range(3))
-    placed: Bools = (x != 0) | (y != 0) | (z != 0)
-    return valid(numbers) & placed
+def placed(numbers: NDArray[Any]) -> Bools:
+    """(...) samples (..., 4) that are not at (0, 0, 0)."""
+    away: Bools = numbers[..., 0] != 0
+    for axis in (1, 2):
+        away |= numbers[..., axis] != 0
+    return away
 
 
 def fourth_words(coding: Coding, residual: Floats32, cameras: Bytes | None) -> Shorts:

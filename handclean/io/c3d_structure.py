@@ -188,7 +188,7 @@ def parse_head(raw: Bytes, where: Path | str, limit: int | None = None) -> Head:
     data_at = at + (header.data_block - 1) * BLOCK
     if limit is None:
         limit = max(parameters_at + blocks * BLOCK, data_at)
-    limit = min(limit, parameters_at + MOST_BLOCKS * BLOCK)
+    limit = min(max(limit, parameters_at + 4), parameters_at + MOST_BLOCKS * BLOCK)
     return Head(
         raw=b"",
         at=at,
@@ -265,9 +265,10 @@ def with_frames(head: Head, frames: int, first: int) -> Head:
         section = with_shorts(section, "POINT", "FRAMES", min(frames, FULL))
     if frames >= FULL or section.find("POINT", "LONG_FRAMES") is not None:
         section = with_floats(section, "POINT", "LONG_FRAMES", float(frames))
-    end = first + frames - 1
-    if frames >= FULL or section.find("TRIAL", "ACTUAL_END_FIELD") is not None:
-        for name, number in (("START", first), ("END", max(end, 0))):
+    end = max(first + frames - 1, 0)
+    is_long = max(frames, end) >= FULL
+    if is_long or section.find("TRIAL", "ACTUAL_END_FIELD") is not None:
+        for name, number in (("START", first), ("END", end)):
             fields = [number % 65536, number // 65536]
             section = with_shorts(section, "TRIAL", f"ACTUAL_{name}_FIELD", fields)
     shown = (first, end) if end <= FULL else (1, FULL)

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handclean.arrays import Bools, Floats
+from handclean.arrays import Bools
 from handclean.io.c3d_columns import as_slice
 from handclean.io.c3d_numbers import Shorts, Words
 from handclean.io.c3d_parameters import BLOCK
@@ -36,7 +36,7 @@ from handclean.io.c3d_samples import (
     MISSING_WORD,
     WORD_OF_ORIGIN,
     fourth_words,
-    present,
+    placed,
     valid,
 )
 from handclean.recording import Origin, Recording, Trajectories
@@ -85,15 +85,13 @@ def _analog_words(writing: Writing, rows: slice) -> Words | None:
 def _point_words(writing: Writing, rows: slice) -> Words:
     """(B, C, 4) words of the points of some frames."""
     block = _gather(writing, rows)
-    coding = writing.coding
-    kind = np.float32 if coding.is_float else np.float64
-    numbers = np.empty((*block.word.shape, 4), kind)
-    numbers[..., :3] = block.numbers if coding.is_float else np.rint(block.numbers)
-    numbers[..., 3] = block.word
-    numbers[block.word < 0] = (0.0, 0.0, 0.0, MISSING_WORD)
-    words = coding.words(numbers)
+    block.numbers[..., 3] = block.word
+    block.numbers[block.word < 0] = (0.0, 0.0, 0.0, MISSING_WORD)
+    if not writing.coding.is_float:
+        np.rint(block.numbers, out=block.numbers)
+    words = writing.coding.words(block.numbers)
     if writing.source is not None:
-        _copy_unchanged(writing, rows, block, numbers, words)
+        _copy_unchanged(writing, rows, block, words)
     return words
 
 
@@ -103,13 +101,13 @@ class _Block:
 
     Attributes
     ----------
-    numbers : (B, C, 3) coordinates as the file counts them.
+    numbers : (B, C, 4) as the file counts them: float32, or float64 to be rounded.
     word : (B, C) the fourth word, negative where there is no point.
     measured : (B, C) whether the point is as it was measured.
     home : (B, C) the source's column it came from, -1 if none.
     """
 
-    numbers: Floats
+    numbers: NDArray[Any]
     word: Shorts
     measured: Bools
     home: NDArray[np.int32]
@@ -120,7 +118,7 @@ def _gather(writing: Writing, rows: slice) -> _Block:
     columns, coding = writing.columns, writing.coding
     shape = (rows.stop - rows.start, len(columns.columns))
     block = _Block(
-        numbers=np.full((*shape, 3), np.nan),
+        numbers=np.zeros((*shape, 4), np.float32 if coding.is_float else np.float64),
         word=np.full(shape, MISSING_WORD, np.int16),
         measured=np.zeros(shape, bool),
         home=np.full(shape, -1, np.int32),
@@ -133,7 +131,7 @@ def _gather(writing: Writing, rows: slice) -> _Block:
         _put_points(writing, rows, block)
     at, output = columns.outputs
     turned = writing.angles.values[rows][:, output] * writing.turn
-    block.numbers[:, at] = turned if coding.is_float else turned / coding.scale
+    block.numbers[:, at, :3] = turned if coding.is_float else turned / coding.scale
     block.word[:, at] = np.where(np.isfinite(turned).all(axis=2), 0, MISSING_WORD)
     return block
 
@@ -146,15 +144,16 @@ def _put_markers(writing: Writing, rows: slice, block: _Block) -> None:
     if not len(index):
         return
     columns, chosen = as_slice(at), as_slice(index)
+    positions = markers.positions[rows][:, chosen]
+    numbers = positions * (1.0 / coding.step)
+    block.numbers[:, columns, :3] = numbers
+    total = numbers[..., 0] + numbers[..., 1] + numbers[..., 2]
     origin = markers.origin[rows][:, chosen]
-    block.numbers[:, columns] = markers.positions[rows][:, chosen]
-    block.numbers[:, columns] /= coding.step
     measured = origin == Origin.MEASURED
     word = WORD_OF_ORIGIN[np.minimum(origin, len(WORD_OF_ORIGIN) - 1)]
     known = _known(writing, markers, rows, chosen)
     if known is not None:
         np.copyto(word, known, where=measured)
-    total = block.numbers[:, columns].sum(axis=2)
     word[~np.isfinite(total)] = MISSING_WORD
     block.word[:, columns] = word
     block.measured[:, columns] = measured
@@ -186,7 +185,7 @@ def _put_points(writing: Writing, rows: slice, block: _Block) -> None:
     begin, end = np.searchsorted(points.frame, [rows.start, rows.stop])
     some = slice(int(begin), int(end))
     at = (points.frame[some] - rows.start, writing.columns.point_column[some])
-    block.numbers[at] = points.positions[some] / writing.coding.step
+    block.numbers[(*at, slice(3))] = points.positions[some] / writing.coding.step
     block.word[at] = 1
     if points.residual is not None:
         cameras = None if points.cameras is None else points.cameras[some]
@@ -204,14 +203,13 @@ def _copy_unchanged(
     writing: Writing,
     rows: slice,
     block: _Block,
-    numbers: NDArray[Any],
     words: Words,
 ) -> None:
     """Put the source's own words where a sample says what it said.
 
     Parameters
     ----------
-    numbers : (B, C, 4) what is to be written, as numbers; words : as file words.
+    words : (B, C, 4) what is to be written; changed in place.
     """
     source = writing.source
     assert source is not None
@@ -226,8 +224,10 @@ def _copy_unchanged(
     if writing.coding != source.coding:
         words[:, outputs] = _rescaled(writing, old[:, outputs])
         return
-    here = present(old)
-    same = (old[..., :3] == numbers[..., :3]).all(axis=2) & valid(old)
+    same = valid(old)
+    here = same & placed(old)
+    for axis in range(3):
+        same &= old[..., axis] == block.numbers[..., axis]
     same &= block.measured | (old[..., 3] == block.word)
     keep = np.where(block.word < 0, ~here, same) & (home >= 0)
     keep[:, outputs] = True
