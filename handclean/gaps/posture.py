@@ -25,7 +25,7 @@ from handclean.hand.model import Model, jacobian, marker_positions
 from handclean.ik.frames import LOOSE
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution
-from handclean.tree import ROOT_DOFS
+from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
 QUIETEST = 2e-5
 """[m] marker noise per axis is not believed to be less."""
@@ -119,15 +119,9 @@ def bridge_posture(
     leftovers = carry(local, tells, limits.longest)
     targets = _Targets(model, positions, seen, leftovers.places, noise, settings)
 
-    part = np.flatnonzero(~whole & ~unknown)
-    poses = solved.copy()
+    poses, part = solved.copy(), np.flatnonzero(~whole & ~unknown)
     poses[part] = targets.fitted(part, poses, np.zeros((len(poses), hinges)))
-    paths = lay_paths(model.tree, poses, decided.affected, decided.root, limits)
-    poses = paths.poses.copy()
-    part = np.flatnonzero(unknown)
-    poses[part] = targets.fitted(
-        part, poses, _held(paths, decided), paths.root_variance
-    )
+    paths, poses = _on_paths(model, targets, poses, decided, limits)
     sigma, variance = _spread(model, poses, seen, expected, noise, paths)
     bridged = paths.hinge_variance > 0.0
     bridged_root = paths.root_variance[:, 0] > 0.0
@@ -143,6 +137,60 @@ def bridge_posture(
         leftovers=leftovers,
         gaps=tuple(gap for cluster in paths.clusters for gap in cluster.gaps),
     )
+
+
+def _on_paths(
+    model: Model, targets: "_Targets", poses: Floats, decided: Decided, limits: Limits
+) -> tuple[Paths, Floats]:
+    """Lay paths, refine, and once more from ends that agree with the first round."""
+    first = lay_paths(model.tree, poses, decided.affected, decided.root, limits)
+    part = np.flatnonzero(decided.affected.any(axis=1) | decided.root)
+    if len(part) == 0:
+        return first, poses
+    start = first.poses.copy()
+    start[part] = targets.fitted(
+        part, start, _held(first, decided), first.root_variance
+    )
+    second = lay_paths(model.tree, start, decided.affected, decided.root, limits)
+    count = targets.seen.astype(np.int64) @ model.tree.carried_by()[model.bone]
+    ends = second.poses.copy()
+    _lead_inner_gaps(ends, start, count, second, model.tree)
+    ends[part] = targets.fitted(
+        part, ends, _held(second, decided), second.root_variance
+    )
+    return second, ends
+
+
+def _lead_inner_gaps(
+    poses: Floats, refined_once: Floats, count: Ints, paths: Paths, tree: JointTree
+) -> None:
+    """Lead paths, in place, through frames in which fewer markers are seen than beside.
+
+    A hinge may stay open over frames some of which show more of the markers it moves:
+    there they pull it off its path. The frames in between follow by as much.
+
+    Parameters
+    ----------
+    refined_once : (T, 7 + D) what the markers in sight made of the paths.
+    count : (T, D) how many markers that each hinge moves are seen.
+    """
+    for cluster in paths.clusters:
+        column = cluster.gaps[0].column
+        if cluster.refused or column >= len(tree.hinges):
+            continue
+        for gap in cluster.gaps:
+            rows = np.arange(gap.start, gap.stop)
+            fewer = count[rows, column] < count[rows, column].max()
+            if not fewer.any():
+                continue
+            path = poses[:, POSE_HEAD + column]
+            more = rows[~fewer]
+            pulled = refined_once[more, POSE_HEAD + column] - path[more]
+            frames = np.concatenate([[gap.start - 1], more, [gap.stop]])
+            off = np.interp(rows[fewer], frames, np.pad(pulled, 1))
+            path[rows[fewer]] = np.clip(
+                path[rows[fewer]] + off, *tree.limits[column]
+            )
 
 
 def _held(paths: Paths, decided: Decided) -> Floats:
