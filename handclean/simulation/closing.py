@@ -29,6 +29,8 @@ STEPS = 160
 BEYOND = 1.45
 """How far past its closed posture a finger goes when nothing stops it; 1: not."""
 
+_ROOTS = tuple(f"{finger}_proximal" for finger in FINGERS[1:])
+
 TOUCHES = 0.0005
 """[m] what is this close to the object touches it."""
 
@@ -231,12 +233,13 @@ def _against_palm(
     opened: Floats,
     rng: np.random.Generator,
 ) -> Solid:
-    """Move the object up against the palm until it touches."""
+    """Move the object up against palm and roots of the fingers until it touches."""
     turn = _frame(_tilted(grasp.across, rng), np.array([0.0, 1.0, 0.3]))
     x, y = 1e-3 * np.array(grasp.at) * person.tree.scale + rng.normal(0.0, 0.003, 2)
     frame = np.column_stack([turn, [x, y, -0.25]])
     pose = _pose(person, opened)
-    palm = np.flatnonzero(person.flesh.bone == 0)
+    rests_on = [b == "hand" or b in _ROOTS for b in person.tree.bones]
+    palm = np.flatnonzero(np.array(rests_on)[person.flesh.bone])
     for _ in range(200):
         gap = _gaps(
             person, pose, Solid(kind=grasp.kind, size=size, frame=frame), palm
@@ -345,13 +348,14 @@ def _cleared(
     person: Person, solid: Solid, angles: Floats, hinges: Ints, own: Ints
 ) -> Floats | None:
     """Open a finger until it is out of the object; None if it cannot be."""
-    here = angles.copy()
     low, high = person.reach[hinges].T
-    extend = -np.radians([0.0, 1.5, 1.0, 0.7])
-    for _ in range(60):
-        if _gaps(person, _pose(person, here), solid, own).min() > 5e-4:
-            return here[hinges].copy()
-        here[hinges] = np.clip(here[hinges] + extend, low, high)
+    for aside in (0.0, -1.0, 1.0):
+        here = angles.copy()
+        for _ in range(60):
+            if _gaps(person, _pose(person, here), solid, own).min() > 5e-4:
+                return here[hinges].copy()
+            step = np.radians([aside, -1.5, -1.0, -0.7])
+            here[hinges] = np.clip(here[hinges] + step, low, high)
     return None
 
 
