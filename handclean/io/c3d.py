@@ -5,9 +5,9 @@ and all three processors, but it refuses 5 of the 24 c3d.org samples that the te
 (header and parameters that disagree, groups of one name, a damaged parameter section, a
 TRIAL field of two dimensions), misreads others (missing points written unsigned, a DEC
 0, more than 255 labels, long takes that do not start at frame 1), and does not keep
-what rewriting needs: every byte that is not handclean's. A second parser would be needed
-for these; one is enough. ``c3d`` and ``ezc3d`` are the tests' oracles instead, each for
-what it is right about.
+what rewriting needs: every byte that is not handclean's. A second parser would be
+needed for these; one is enough. ``c3d`` and ``ezc3d`` are the tests' oracles instead,
+each for what it is right about.
 
 A recording read from C3D carries in ``parameters["c3d"]``
 

@@ -31,15 +31,16 @@ from handclean.arrays import Bools
 from handclean.io.c3d_columns import as_slice
 from handclean.io.c3d_numbers import Shorts, Words
 from handclean.io.c3d_parameters import BLOCK
-from handclean.io.c3d_plan import BLOCK_SAMPLES, Writing, plan_writing
+from handclean.io.c3d_plan import BLOCK_SAMPLES, Source, Writing, plan_writing
 from handclean.io.c3d_samples import (
     MISSING_WORD,
+    SHORT_MAX,
     WORD_OF_ORIGIN,
     fourth_words,
     placed,
     valid,
 )
-from handclean.recording import Origin, Recording, Trajectories
+from handclean.recording import Origin, Recording
 
 
 def encode_c3d(recording: Recording, where: Path | str = "C3D") -> Iterator[bytes]:
@@ -82,19 +83,6 @@ def _analog_words(writing: Writing, rows: slice) -> Words | None:
     return writing.source.frames[rows, 4 * writing.source.points :]
 
 
-def _point_words(writing: Writing, rows: slice) -> Words:
-    """(B, C, 4) words of the points of some frames."""
-    block = _gather(writing, rows)
-    block.numbers[..., 3] = block.word
-    block.numbers[block.word < 0] = (0.0, 0.0, 0.0, MISSING_WORD)
-    if not writing.coding.is_float:
-        np.rint(block.numbers, out=block.numbers)
-    words = writing.coding.words(block.numbers)
-    if writing.source is not None:
-        _copy_unchanged(writing, rows, block, words)
-    return words
-
-
 @dataclass(frozen=True, kw_only=True)
 class _Block:
     """Samples to write; (B, C, ...).
@@ -111,6 +99,35 @@ class _Block:
     word: Shorts
     measured: Bools
     home: NDArray[np.int32]
+
+
+def _point_words(writing: Writing, rows: slice) -> Words:
+    """(B, C, 4) words of the points of some frames."""
+    block = _gather(writing, rows)
+    if writing.source is None:
+        return _encoded(writing, rows, block, np.ones(block.word.shape, bool))
+    raw = _raw_words(writing.source, rows, block)
+    old = writing.source.coding.numbers(raw)
+    outputs = writing.columns.raw
+    if writing.coding != writing.source.coding:
+        words = _encoded(writing, rows, block, np.ones(block.word.shape, bool))
+        words[:, outputs] = _rescaled(writing, old[:, outputs])
+        return words
+    change = ~_unchanged(block, old)
+    change[:, outputs] = False
+    if not change.any():
+        return raw
+    words = raw.copy()
+    words[change] = _encoded(writing, rows, block, change)[change]
+    return words
+
+
+def _encoded(writing: Writing, rows: slice, block: _Block, which: Bools) -> Words:
+    """(B, C, 4) words made from scratch; only ``which`` samples have their residual."""
+    _put_residuals(writing, rows, block, which)
+    block.numbers[..., 3] = block.word
+    block.numbers[block.word < 0] = (0.0, 0.0, 0.0, MISSING_WORD)
+    return writing.coding.words(block.numbers)
 
 
 def _gather(writing: Writing, rows: slice) -> _Block:
@@ -144,19 +161,16 @@ def _put_markers(writing: Writing, rows: slice, block: _Block) -> None:
     if not len(index):
         return
     columns, chosen = as_slice(at), as_slice(index)
-    positions = markers.positions[rows][:, chosen]
-    numbers = positions * (1.0 / coding.step)
+    numbers = markers.positions[rows][:, chosen] * (1.0 / coding.step)
+    if not coding.is_float:
+        np.rint(numbers, out=numbers)
     block.numbers[:, columns, :3] = numbers
-    total = numbers[..., 0] + numbers[..., 1] + numbers[..., 2]
     origin = markers.origin[rows][:, chosen]
-    measured = origin == Origin.MEASURED
     word = WORD_OF_ORIGIN[np.minimum(origin, len(WORD_OF_ORIGIN) - 1)]
-    known = _known(writing, markers, rows, chosen)
-    if known is not None:
-        np.copyto(word, known, where=measured)
+    total = numbers[..., 0] + numbers[..., 1] + numbers[..., 2]
     word[~np.isfinite(total)] = MISSING_WORD
     block.word[:, columns] = word
-    block.measured[:, columns] = measured
+    block.measured[:, columns] = origin == Origin.MEASURED
     if markers.source is not None and writing.source is not None:
         source = markers.source[rows][:, chosen]
         home = block.home[:, columns]
@@ -164,18 +178,19 @@ def _put_markers(writing: Writing, rows: slice, block: _Block) -> None:
         block.home[:, columns] = np.where(inside, source, home)
 
 
-def _known(
-    writing: Writing,
-    markers: Trajectories,
-    rows: slice,
-    chosen: slice | NDArray[np.intp],
-) -> Shorts | None:
-    """Fourth words of measured markers by their residual and cameras, if known."""
-    if markers.residual is None:
-        return None
-    residual = markers.residual[rows][:, chosen]
-    cameras = None if markers.cameras is None else markers.cameras[rows][:, chosen]
-    return fourth_words(writing.coding, residual, cameras)
+def _put_residuals(writing: Writing, rows: slice, block: _Block, which: Bools) -> None:
+    """Fill in residual and cameras of some measured markers, where they are known."""
+    markers = writing.recording.markers
+    if markers is None or markers.residual is None:
+        return
+    at, index = writing.columns.markers
+    wanted = which[:, at] & block.measured[:, at] & (block.word[:, at] >= 0)
+    frame, slot = np.nonzero(wanted)
+    residual = markers.residual[rows][frame, index[slot]]
+    cameras = None
+    if markers.cameras is not None:
+        cameras = markers.cameras[rows][frame, index[slot]]
+    block.word[frame, at[slot]] = fourth_words(writing.coding, residual, cameras)
 
 
 def _put_points(writing: Writing, rows: slice, block: _Block) -> None:
@@ -185,7 +200,10 @@ def _put_points(writing: Writing, rows: slice, block: _Block) -> None:
     begin, end = np.searchsorted(points.frame, [rows.start, rows.stop])
     some = slice(int(begin), int(end))
     at = (points.frame[some] - rows.start, writing.columns.point_column[some])
-    block.numbers[(*at, slice(3))] = points.positions[some] / writing.coding.step
+    numbers = points.positions[some] * (1.0 / writing.coding.step)
+    if not writing.coding.is_float:
+        np.rint(numbers, out=numbers)
+    block.numbers[(*at, slice(3))] = numbers
     block.word[at] = 1
     if points.residual is not None:
         cameras = None if points.cameras is None else points.cameras[some]
@@ -199,42 +217,26 @@ def _put_points(writing: Writing, rows: slice, block: _Block) -> None:
         block.home[at] = np.where(inside, source, block.home[at])
 
 
-def _copy_unchanged(
-    writing: Writing,
-    rows: slice,
-    block: _Block,
-    words: Words,
-) -> None:
-    """Put the source's own words where a sample says what it said.
-
-    Parameters
-    ----------
-    words : (B, C, 4) what is to be written; changed in place.
-    """
-    source = writing.source
-    assert source is not None
+def _raw_words(source: Source, rows: slice, block: _Block) -> Words:
+    """(B, C, 4) the source's words of the samples that each sample came from."""
     whole = source.words(rows)
     home = block.home
-    if (home == np.arange(home.shape[1])).all() and home.shape[1] == whole.shape[1]:
-        raw = whole
-    else:
-        raw = whole[np.arange(len(home))[:, None], np.maximum(home, 0)]
-    old = source.coding.numbers(raw)
-    outputs = writing.columns.raw
-    if writing.coding != source.coding:
-        words[:, outputs] = _rescaled(writing, old[:, outputs])
-        return
-    same = valid(old)
-    here = same & placed(old)
+    if home.shape[1] == whole.shape[1] and (home == np.arange(whole.shape[1])).all():
+        return whole
+    return whole[np.arange(len(home))[:, None], np.maximum(home, 0)]
+
+
+def _unchanged(block: _Block, old: NDArray[Any]) -> Bools:
+    """(B, C) samples that say what the source's samples ``old`` say."""
+    word = old[..., 3]
+    same: Bools = (word >= 0) & (word <= SHORT_MAX) & (block.measured | (word == 0))
     for axis in range(3):
         same &= old[..., axis] == block.numbers[..., axis]
-    same &= block.measured | (old[..., 3] == block.word)
-    keep = np.where(block.word < 0, ~here, same) & (home >= 0)
-    keep[:, outputs] = True
-    if keep.all():
-        words[...] = raw
-    else:
-        np.copyto(words, raw, where=keep[..., None])
+    gone = block.word < 0
+    if gone.any():
+        some = old[gone]
+        same[gone] = ~(valid(some) & placed(some))
+    return same & (block.home >= 0)
 
 
 def _rescaled(writing: Writing, old: NDArray[Any]) -> Words:
