@@ -26,6 +26,7 @@ from handclean.io.reading import (
     settle_unit,
     sort_out,
     text,
+    zeros_are_missing,
 )
 from handclean.recording import Event, Origin, Recording
 
@@ -72,7 +73,7 @@ def read_tsv(
     numbers = grid[:, 0] if lead else np.arange(1.0, len(grid) + 1)
     first, values = place_rows(path, numbers, grid[:, lead:], traps)
     positions = in_metres(values, length).reshape(len(values), -1, 3)
-    _zeros_are_missing(positions, traps)
+    zeros_are_missing(positions, traps)
     origin = _origin(positions, labels, keys.get("TRAJECTORY_TYPES", []), traps)
     markers, points = sort_out(positions, labels, origin)
     recording = Recording(
@@ -129,13 +130,6 @@ def _lead_columns(lines: Lines, markers: int) -> int:
         lines.next()
         return 0
     return 2 if line.count(b"\t") > 3 * markers else 0
-
-
-def _zeros_are_missing(positions: Floats, traps: list[str]) -> None:
-    zero = (positions == 0).all(axis=2)
-    if zero.any():
-        positions[zero] = np.nan
-        traps.append(f"{zero.sum()} samples at (0, 0, 0) count as missing")
 
 
 def _origin(

@@ -257,6 +257,18 @@ def finite(rows: Floats) -> Bools:
     return np.array(np.isfinite(rows).all(axis=-1), dtype=bool)
 
 
+def zeros_are_missing(positions: Floats, traps: list[str]) -> None:
+    """Make samples at exactly (0, 0, 0) NaN, in place, and report them.
+
+    Several programs write a sample that they do not have in this way; no marker sits on
+    the laboratory's origin to the last digit.
+    """
+    zero = (positions == 0).all(axis=2)
+    if zero.any():
+        positions[zero] = np.nan
+        traps.append(f"{zero.sum()} samples at (0, 0, 0) count as missing")
+
+
 def sort_out(
     positions: Floats, labels: list[str], origin: Bytes | None = None
 ) -> tuple[Trajectories | None, Points | None]:

@@ -46,6 +46,7 @@ from handclean.io.reading import (
     settle_unit,
     sort_out,
     text,
+    zeros_are_missing,
 )
 from handclean.io.writing import Columns, columns_of, rows, write_lines
 from handclean.recording import Motion, Origin, Recording
@@ -118,6 +119,8 @@ def read_csv(
     if layout.markers:
         positions = values[:, [c for cs in layout.markers.values() for c in cs]]
         positions = in_metres(positions, length).reshape(len(values), -1, 3)
+        if not own:
+            zeros_are_missing(positions, traps)
         origin = _origins(path, values, layout)
         markers, points = sort_out(positions, list(layout.markers), origin)
     recording = Recording(

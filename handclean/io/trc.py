@@ -26,6 +26,7 @@ from handclean.io.reading import (
     settle_unit,
     sort_out,
     text,
+    zeros_are_missing,
 )
 from handclean.io.writing import Columns, columns_of, rows, write_lines
 from handclean.recording import Origin, Recording
@@ -75,6 +76,7 @@ def read_trc(
     _check_times(grid[:, 1], grid[:, 0], rate, traps)
     first, values = place_rows(path, grid[:, 0], grid[:, 2:], traps)
     positions = in_metres(values, length).reshape(len(values), -1, 3)
+    zeros_are_missing(positions, traps)
     markers, points = sort_out(positions, labels)
     recording = Recording(
         rate=rate,

@@ -58,6 +58,13 @@ def test_options_say_what_the_file_does_not(tmp_path):
     assert (reading.recording.rate, reading.recording.first_frame) == (120.0, 1)
 
 
+def test_zeros_count_as_missing_in_other_peoples_files(tmp_path):
+    path = written(tmp_path / "a.csv", OTHERS.replace("4,5,6", "0,0.0,-0"))
+    reading = read_csv(path, rate_hz=120.0, unit="cm")
+    assert reading.recording.markers.origin.tolist() == [[1, 0], [1, 0]]
+    assert reading.traps == ("1 samples at (0, 0, 0) count as missing",)
+
+
 def test_the_error_says_which_option_to_give(tmp_path):
     path = written(tmp_path / "a.csv", OTHERS)
     with pytest.raises(UsageError, match="give --rate HZ"):

@@ -52,6 +52,7 @@ def test_blank_cells_are_missing_and_lengths_become_metres(tmp_path):
         ("2\t0.01", "2\t0.5", "Time column"),
         ("3\t0.02", "5\t0.04", "2 of 5 frames are left out"),
         ("3\t0.02\t1\t2", "3\t0.02\t1\tinf", "1 infinite"),
+        ("3\t0.02\t1\t2\t3", "3\t0.02\t0\t0\t0.0", "1 samples at (0, 0, 0)"),
     ],
 )
 def test_what_is_odd_is_read_and_reported(old, new, trap, tmp_path):
@@ -132,7 +133,7 @@ def test_options_must_agree_with_the_file(tmp_path):
 places = hnp.arrays(
     np.float64,
     st.tuples(st.integers(1, 6), st.integers(1, 4), st.just(3)),
-    elements=st.floats(-100, 100) | st.just(np.nan),
+    elements=st.floats(1e-8, 100) | st.floats(-100, -1e-8) | st.just(np.nan),
 )
 
 
