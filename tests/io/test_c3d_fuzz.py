@@ -74,7 +74,7 @@ def all_ways(path):
     return True
 
 
-@settings(max_examples=400)
+@settings(max_examples=150)
 @given(
     seed=st.integers(0, 5),
     processor=st.sampled_from(["intel", "dec", "mips"]),
