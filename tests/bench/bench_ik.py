@@ -155,7 +155,7 @@ def rows():
     hand = peer_hand()
     if hand is None:
         return [{"solver": f"no peers at {SCRIPTS.name}", "frames/s": 0}]
-    angles, targets, best, optimum = hand.load()
+    angles, targets, _, optimum = hand.load()
     model = model_of(hand)
     spread = angles[:, 6:] - angles[:, 6:].mean(axis=0)
     size, directions = np.linalg.svd(spread, full_matrices=False)[1:]
