@@ -63,6 +63,9 @@ _BEATS: tuple[tuple[str, dict[str, float]], ...] = (
                             ("little", -0.6))),
 )  # fmt: skip
 
+_EXTREMES = np.array([[0, 48, 8], [0, -52, 8], [24, -5, 5], [-22, -5, 5]], dtype=float)
+"""[degrees] yaw, pitch, roll that bend and turn the wrist of a forearm kept ahead."""
+
 _DRAWN_ALONG = 0.18
 """How much a finger that bends takes its neighbours with it."""
 
@@ -95,7 +98,9 @@ def rom_scene(person: Person, times: Floats, rng: np.random.Generator) -> Scene:
     starts.append(end)
     lasts.append(0.7 * (duration - end))
     angles = _through(person, times, keys, starts, lasts, rng)
-    places, turns, calm = _raised(person, times, angles[0], angles[-1], begin, end, rng)
+    places, turns, calm = _raised(
+        person, times, angles[0], angles[-1], begin, end, True, rng
+    )
     poses = assemble(person, times, places, turns, angles, rng, calm)
     return Scene(
         title="rom",
@@ -172,15 +177,19 @@ def _raised(
     last: Floats,
     begin: float,
     end: float,
+    wrist: bool,
     rng: np.random.Generator,
 ) -> tuple[Floats, Rotation, Floats]:
     """Where a hand is that lifts from the table, turns about in the air and returns."""
     flat = orientation(rng.normal(0.0, 8.0), 0.0, 0.0)
     count = max(int((end - begin) / 2.5), 1)
-    stops = [
-        orientation(*rng.normal([0.0, -12.0, 12.0], [14.0, 12.0, 16.0]))
-        for _ in range(count)
-    ]
+    middle, spread = np.array([0.0, -12.0, 12.0]), np.array([14.0, 12.0, 16.0])
+    aims = middle + spread * rng.normal(size=(count, 3))
+    if wrist:  # as many of the wrist's four extremes as there is time for
+        for k, extreme in enumerate(rng.permutation(_EXTREMES)[: count - 1]):
+            aims[k] = extreme + rng.normal(0.0, 4.0, 3)
+        rng.shuffle(aims)
+    stops = [orientation(*aim) for aim in aims]
     ups = rng.normal([0.03, 0.12, 0.26], [0.04, 0.04, 0.03], (count, 3))
     at = [np.zeros(3), *ups, rng.normal(0.0, [0.01, 0.01, 0.0])]
     for n, angles, turn in ((0, first, flat), (-1, last, flat)):
@@ -217,7 +226,9 @@ def free_scene(person: Person, times: Floats, rng: np.random.Generator) -> Scene
     starts.append(max(now, end - 0.3))
     lasts.append(0.8 * (duration - starts[-1]))
     angles = _through(person, times, keys, starts, lasts, rng)
-    places, turns, calm = _raised(person, times, angles[0], angles[-1], begin, end, rng)
+    places, turns, calm = _raised(
+        person, times, angles[0], angles[-1], begin, end, False, rng
+    )
     idle = np.radians(3.0) * calm[:, None] * fidget(times, person.tree.hinges, rng)
     poses = assemble(person, times, places, turns, angles + idle, rng, calm)
     return Scene(title="free", times=times, poses=poses, bodies=sitter(rng))

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from handclean.arrays import Bools, Floats
+from handclean.arrays import Floats
 from handclean.errors import FileError, UnknownNameError, UsageError
 from handclean.hand.marker_set import MarkerSet, load_marker_set
-from handclean.hand.model import bone_rotations
 from handclean.hand.subject import Subject
 from handclean.recording import (
     Motion,
@@ -27,16 +26,14 @@ from handclean.recording import (
     motion_from_poses,
     trajectories,
 )
-from handclean.simulation import cameras, ghosts, losses
-from handclean.simulation.columns import Columns, assign_columns
+from handclean.simulation import cameras
+from handclean.simulation.capture import Capture, capture, ghost_points
 from handclean.simulation.exercises import free_scene, rom_scene
-from handclean.simulation.ghosts import Ghost
 from handclean.simulation.grasping import grasp_scene
 from handclean.simulation.grasps import GRASPS
 from handclean.simulation.people import (
     Person,
     make_person,
-    true_markers,
     without_forearm,
 )
 from handclean.simulation.scene import Scene, quaternions
@@ -131,6 +128,18 @@ def simulate(scenario: str | Path, settings: SimulateConfig) -> Iterator[Trial]:
     HandcleanError
         If the scenario, marker set or a grasp class is unknown.
     """
+    for number in range(load_scenario(scenario, settings)[1].trials):
+        yield simulate_one(scenario, settings, number)
+
+
+def simulate_one(scenario: str | Path, settings: SimulateConfig, number: int) -> Trial:
+    """Make the take of a number, from 0, whatever ``trials`` says.
+
+    Raises
+    ------
+    HandcleanError
+        If the scenario, marker set or a grasp class is unknown.
+    """
     kind, settings = load_scenario(scenario, settings)
     marker_set = load_marker_set(settings.marker_set)
     if marker_set.kind != "hand":
@@ -138,12 +147,8 @@ def simulate(scenario: str | Path, settings: SimulateConfig) -> Iterator[Trial]:
     for name in settings.grasps:
         if name not in GRASPS:
             raise UnknownNameError("simulate", "grasp class", name, tuple(GRASPS))
-    people: dict[int, Person] = {}
-    for number in range(settings.trials):
-        who = number % settings.subjects
-        if who not in people:
-            people[who] = make_subject(who, marker_set, settings)
-        yield make_trial(kind, number, people[who], marker_set, settings)
+    person = make_subject(number % settings.subjects, marker_set, settings)
+    return make_trial(kind, number, person, marker_set, settings)
 
 
 def make_subject(
@@ -169,12 +174,12 @@ def make_trial(
     )
     rng = np.random.default_rng(streams[1])
     side = settings.side or marker_set.side
-    capture = _capture(person, scene, rig, settings, rng)
+    taken = capture(person, scene, rig, settings, rng)
     return _trial(
         f"{person.name}_{number + 1:03d}_{scene.title}",
         person,
         scene,
-        capture,
+        taken,
         side,
         marker_set,
         settings,
@@ -194,61 +199,11 @@ def _scene(
     return grasp_scene(person, times, settings.grasps, rng)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Capture:
-    """What the cameras made of a scene, of a left hand.
-
-    Attributes
-    ----------
-    markers : (T, M, 3) [m] true places.
-    points : (T, M, 3) [m] measured places, NaN where missing.
-    """
-
-    markers: Floats
-    points: Floats
-    ghosts: list[Ghost]
-    columns: Columns
-
-
-def _capture(
-    person: Person,
-    scene: Scene,
-    rig: cameras.Rig,
-    settings: SimulateConfig,
-    rng: np.random.Generator,
-) -> _Capture:
-    markers = true_markers(person, scene.poses)
-    rate, noise = settings.rate_hz, settings.noise_m
-    by = np.ones((*markers.shape[:2], len(rig.places)), dtype=bool)
-    if settings.occlusion:
-        by = cameras.seen_by(person, scene, markers, rig)
-        by = cameras.blink(by, rate, rng)
-        # the calibration posture is taken in full view, as the paper demands
-        by[: losses.first_frames(rate)] |= ~_enough(by[: losses.first_frames(rate)])
-    seen = losses.dropouts(_enough(by)[:, :, 0], rate, settings.dropouts_per_s, rng)
-    seen[: losses.first_frames(rate)] = True
-    turns = bone_rotations(person.tree, scene.poses)[:, person.markers.bone]
-    found, seen = ghosts.impostors(
-        markers, turns, seen, rate, settings.impostors_per_s, noise, rng
-    )
-    found += ghosts.flashes(markers, rate, settings.ghosts_per_s, noise, rng)
-    points = cameras.measured(markers, by & seen[:, :, None], rig, noise, rng)
-    kept = np.isfinite(points[:, :, 0])
-    tracks = losses.tracks(kept, rate, rng)
-    columns = assign_columns(tracks, found, len(markers), markers.shape[1], rng)
-    return _Capture(markers=markers, points=points, ghosts=found, columns=columns)
-
-
-def _enough(by: Bools) -> Bools:
-    """(T, M, 1) whether enough cameras see each marker."""
-    return np.asarray(by.sum(axis=2, keepdims=True) >= cameras.LEAST)
-
-
 def _trial(
     name: str,
     person: Person,
     scene: Scene,
-    capture: _Capture,
+    taken: Capture,
     side: str,
     marker_set: MarkerSet,
     settings: SimulateConfig,
@@ -256,17 +211,17 @@ def _trial(
     mirror = MIRROR if side == "right" else np.ones(3)
     left = person.tree if marker_set.forearm else without_forearm(person.tree)
     tree = left if side == "left" else left.mirrored()
-    hidden = _ghost_points(capture)
+    hidden = ghost_points(taken)
     hidden = replace(hidden, positions=hidden.positions * mirror)
     named = trajectories(
-        capture.points * mirror,
+        taken.points * mirror,
         marker_set.labels,
         model=(side,) * len(marker_set.labels),
-        source=capture.columns.marker,
-        confidence=np.isfinite(capture.points[:, :, 0]).astype(np.float32),
+        source=taken.columns.marker,
+        confidence=np.isfinite(taken.points[:, :, 0]).astype(np.float32),
     )
     whole = trajectories(
-        capture.markers * mirror,
+        taken.markers * mirror,
         marker_set.labels,
         model=(side,) * len(marker_set.labels),
     )
@@ -293,20 +248,6 @@ def _trial(
         ),
         subject=subject,
     )
-
-
-def _ghost_points(capture: _Capture) -> Points:
-    """All ghosts as points sorted by frame."""
-    lives = [len(ghost.points) for ghost in capture.ghosts]
-    starts = [
-        ghost.start + np.arange(n)
-        for ghost, n in zip(capture.ghosts, lives, strict=True)
-    ]
-    frame = np.concatenate([*starts, np.zeros(0)]).astype(np.int32)
-    source = np.repeat(capture.columns.ghost, lives).astype(np.int32)
-    places = np.concatenate([*(g.points for g in capture.ghosts), np.zeros((0, 3))])
-    order = np.lexsort((source, frame))
-    return Points(frame=frame[order], source=source[order], positions=places[order])
 
 
 def _all_points(named: Trajectories, hidden: Points) -> Points:

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from handclean.hand.marker_set import load_marker_set
-from handclean.simulation.closing import PRESS, close
+from handclean.simulation.closing import close
 from handclean.simulation.grasping import grasp_scene
 from handclean.simulation.grasps import GRASPS
 from handclean.simulation.people import make_person
 from handclean.simulation.scene import deepest
+from handclean.simulation.seating import PRESS
 
 TIMES = np.arange(500) / 100.0
 

@@ -6,7 +6,7 @@ import pytest
 from handclean.errors import HandcleanError
 from handclean.hand.model import marker_positions
 from handclean.simulation.settings import SimulateConfig
-from handclean.simulation.simulate import simulate
+from handclean.simulation.simulate import simulate, simulate_one
 
 SHORT = {"rate_hz": 100.0, "duration_s": 5.0}
 
@@ -155,3 +155,29 @@ def test_a_scenario_file_sets_what_it_names(tmp_path):
         path.write_text(wrong)
         with pytest.raises(HandcleanError, match=r"mine\.toml"):
             list(simulate(path, SimulateConfig()))
+
+
+def test_one_take_alone_is_the_same_as_among_others():
+    settings = SimulateConfig(**SHORT, trials=3, subjects=2)
+    among = list(simulate("grasp", settings))[2]
+    alone = simulate_one("grasp", settings, 2)
+    for a, b in zip(arrays(among), arrays(alone), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_sets_with_markers_on_the_forearm_come_with_a_moving_wrist():
+    (trial,) = takes("rom", marker_set="xu19", duration_s=20.0)
+    motion = trial.truth.motions[trial.subject.model.tree.side]
+    assert motion.names[-2:] == ("wrist_flexion", "wrist_deviation")
+    swing = np.degrees(np.ptp(motion.angles[:, -2:], axis=0))
+    assert swing[0] > 50.0
+    assert swing[1] > 20.0
+
+
+def test_a_range_of_motion_take_moves_every_joint():
+    for trial in takes("rom", duration_s=20.0, trials=2, subjects=2):
+        tree = trial.subject.model.tree
+        low, high = np.percentile(trial.truth.motions["right"].angles, [0, 100], axis=0)
+        span = (high - low) / (tree.limits[:, 1] - tree.limits[:, 0])
+        assert span.min() > 0.4
+        assert len(trial.truth.events) > 20

@@ -1,0 +1,49 @@
+"""What ships and is made by code."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from handclean.hand.template import template
+from handclean.io import files
+from handclean.io.prior import read_prior
+from handclean.io.subject import read_subject
+from handclean.pipeline.samples import make_samples
+from handclean.pipeline.shipped import GRASPS, default_prior
+
+
+def test_the_shipped_prior_knows_every_hinge_and_is_a_subspace():
+    prior = read_prior()
+    assert prior.names == template("right").hinges
+    product = prior.components.T @ prior.components
+    np.testing.assert_allclose(product, np.eye(len(prior.deviations)), atol=1e-9)
+    assert 0.95 <= prior.variance_share.sum() < 1.0
+
+
+@pytest.mark.slow
+def test_the_shipped_prior_is_the_one_the_code_makes():
+    made, kept = default_prior(), read_prior()
+    np.testing.assert_allclose(made.mean, kept.mean, atol=1e-6)
+    np.testing.assert_allclose(made.components, kept.components, atol=1e-5)
+
+
+def test_a_prior_from_few_grasps_points_much_the_same_way():
+    few = default_prior(replace(GRASPS, trials=24, subjects=12, seed=7))
+    kept = read_prior()
+    # cosine of the angle between the two directions in which hands close
+    assert abs(few.components[:, 0] @ kept.components[:, 0]) > 0.9
+
+
+def test_sample_sessions_are_small_whole_and_the_same_every_time(tmp_path):
+    one = make_samples(tmp_path / "one")
+    assert sum(path.stat().st_size for path in one) < 5_000_000
+    two = make_samples(tmp_path / "two")
+    assert [path.name for path in one] == [path.name for path in two]
+    for a, b in zip(one, two, strict=True):
+        assert a.read_bytes() == b.read_bytes()
+    for path in one:
+        if path.name.endswith(".subject.h5"):
+            assert len(read_subject(path).model.labels) == 26
+        elif path.suffix in (".c3d", ".h5"):
+            assert files.read(path).frames > 400
