@@ -44,6 +44,7 @@ from handclean.io.c3d_decode import (
 )
 from handclean.io.c3d_events import read_events
 from handclean.io.c3d_parameters import plain_values
+from handclean.io.c3d_plan import plan_writing
 from handclean.io.c3d_samples import Tally
 from handclean.io.c3d_structure import Structure, open_c3d
 from handclean.io.c3d_write import encode_c3d
@@ -108,26 +109,29 @@ def read_c3d(
     )
 
 
-def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> None:
+def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> tuple[str, ...]:
     """Write a recording as C3D; see `handclean.io.c3d_write` for what becomes of it.
+
+    Returns
+    -------
+    what the file cannot hold or how it was met, one line each
 
     Raises
     ------
     FileError
         If it holds no points, does not fit the format, or cannot be written.
     """
-    where = target if isinstance(target, Path | str) else "C3D"
-    chunks = encode_c3d(recording, where)
     if not isinstance(target, Path | str):
-        for chunk in chunks:
-            target.write(chunk)
-        return
+        writing = plan_writing(recording, "C3D")
+        target.writelines(encode_c3d(writing))
+        return writing.notes
+    writing = plan_writing(recording, target)
     try:
         with open(target, "wb") as file:
-            for chunk in chunks:
-                file.write(chunk)
+            file.writelines(encode_c3d(writing))
     except OSError as error:
         raise FileError(target, f"cannot be written ({error.strerror})") from None
+    return writing.notes
 
 
 def inspect_c3d(path: Path | str) -> dict[str, Any]:
@@ -157,6 +161,11 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
     coding = structure.coding(METRES.get(unit.lower(), 1.0))
     markers, loose = decode_points(structure, coding, columns, tally, True)
     traps += decisions(tally, columns.labels, True) + oddities(tally, coding)
+    residual = _residual_range(markers)
+    if residual and residual[1] > 254.5 * coding.scale * coding.metres:
+        traps.append(
+            "some residuals are at 255 steps of POINT:SCALE, the most there is"
+        )
     if len(columns.outputs):
         traps.append(f"{len(columns.outputs)} points are model outputs, not markers")
     seen = {} if markers is None else _seen(markers)
@@ -175,6 +184,7 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
         "points": layout.points,
         "markers": list(seen),
         "measured": seen,
+        "residual_m": residual,
         "unlabelled_columns": len(columns.loose),
         "unlabelled_points": 0 if loose is None else len(loose.frame),
         "model_outputs": [columns.labels[i] for i in columns.outputs],
@@ -187,6 +197,14 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
         "groups": sorted(plain_values(head.section)),
         "traps": traps,
     }
+
+
+def _residual_range(markers: Trajectories | None) -> list[float] | None:
+    """[m] least and largest residual of all markers, None if there are none."""
+    if markers is None or markers.residual is None:
+        return None
+    known = markers.residual[np.isfinite(markers.residual)]
+    return [float(known.min()), float(known.max())] if known.size else None
 
 
 def _seen(markers: Trajectories) -> dict[str, int]:

@@ -181,7 +181,7 @@ def plan_columns(
         parts = list(zip(columns, settled, strict=True))
         named = [c for c, is_settled in parts if is_settled]
         columns = named + new + [c for c, is_settled in parts if not is_settled]
-    point_column, shared = _place_points(recording.unlabelled, columns)
+    point_column, shared = _place_points(recording.unlabelled, columns, loose)
     taken = {c.label for c in columns}
     names = (f"*{n}" for n in range(MOST + len(taken) + 1))
     free = (name for name in names if name not in taken)
@@ -232,18 +232,20 @@ def _loose_homes(points: Points | None) -> set[int]:
 
 
 def _place_points(
-    points: Points | None, columns: Sequence[Column]
+    points: Points | None, columns: Sequence[Column], loose: Mapping[int, bool]
 ) -> tuple[Indices, int]:
     """(P,) column of each unlabelled point, and how many new columns that takes.
 
-    A point stays in the column it came from if that is here and holds no marker; of two
-    in one frame the first stays. If nothing is here at all, as in a new file, source
-    columns are kept as far as they are told apart. All others share new columns, each
-    frame counting from the first.
+    A point stays in the unlabelled column it came from if that is here and holds no
+    marker; of two in one frame the first stays. If nothing is here at all, as in a new
+    file, source columns are kept as far as they are told apart. All others share new
+    columns, each frame counting from the first.
     """
     if points is None or not len(points.frame):
         return np.zeros(0, dtype=np.intp), 0
-    home = {c.home: i for i, c in enumerate(columns) if c.home >= 0 and c.marker < 0}
+    home = {
+        c.home: i for i, c in enumerate(columns) if c.home in loose and c.marker < 0
+    }
     if not any(c.home >= 0 for c in columns) and _told_apart(points):
         used, column = np.unique(points.source, return_inverse=True)
         return len(columns) + column.astype(np.intp), len(used)

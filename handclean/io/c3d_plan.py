@@ -37,7 +37,7 @@ from handclean.io.c3d_structure import (
     with_section,
 )
 from handclean.io.reading import METRES
-from handclean.recording import Recording
+from handclean.recording import Origin, Recording
 
 BLOCK_SAMPLES = 1 << 15
 TOP = 32000
@@ -79,6 +79,7 @@ class Writing:
     source : whose words are copied where nothing has changed; or None.
     analog : (T, words) file words, or None where the source's are copied.
     turn : what one radian is in an angle's coordinate.
+    notes : what the file cannot hold or how it was met, one line each.
     """
 
     recording: Recording
@@ -90,6 +91,7 @@ class Writing:
     analog: Words | None = None
     tail: bytes | None = None
     turn: float = 180.0 / np.pi
+    notes: tuple[str, ...] = ()
 
 
 def plan_writing(recording: Recording, where: Path | str) -> Writing:
@@ -231,7 +233,16 @@ def _new(
         coding=coding,
         head=head.raw,
         analog=analog,
+        notes=_rejected(recording),
     )
+
+
+def _rejected(recording: Recording) -> tuple[str, ...]:
+    markers = recording.markers
+    count = 0
+    if markers is not None:
+        count = int(np.count_nonzero(markers.origin == Origin.REJECTED))
+    return (f"{count} rejected samples are written as missing",) if count else ()
 
 
 def _blank_head() -> Head:
@@ -316,6 +327,7 @@ def _again(
         low = min(low / coding.metres, float(values.min(initial=0.0)))
         high = max(high / coding.metres, float(values.max(initial=0.0)))
         coding = _with_room(source, low, high)
+    notes = list(_rejected(recording))
     section = head.section
     if not columns.unchanged or len(columns.columns) != source.points:
         section = _with_labels(section, columns, source.points)
@@ -324,8 +336,13 @@ def _again(
     if coding.scale != source.coding.scale:
         section = with_floats(section, "POINT", "SCALE", coding.scale)
         head = with_header_floats(head, {12: coding.scale})
+        notes.append(
+            f"POINT:SCALE went from {source.coding.scale:g} to {coding.scale:g} so "
+            "that all coordinates fit 16 bits; every point was rounded to it"
+        )
     analog = None
     if source.frames is None:
+        notes.append("other frames than its C3D source has: its samples were not kept")
         analog = _other_analog(recording, source, where)
         if not analog.shape[1]:
             section = with_shorts(section, "ANALOG", "USED", 0)
@@ -344,6 +361,7 @@ def _again(
         analog=analog,
         tail=_tail(source, len(columns.columns)),
         turn=turn,
+        notes=tuple(notes),
     )
 
 

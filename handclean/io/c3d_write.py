@@ -21,7 +21,6 @@ rejected   -1 with zeros for coordinates
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,7 +30,7 @@ from handclean.arrays import Bools
 from handclean.io.c3d_columns import as_slice
 from handclean.io.c3d_numbers import Shorts, Words
 from handclean.io.c3d_parameters import BLOCK
-from handclean.io.c3d_plan import BLOCK_SAMPLES, Source, Writing, plan_writing
+from handclean.io.c3d_plan import BLOCK_SAMPLES, Source, Writing
 from handclean.io.c3d_samples import (
     MISSING_WORD,
     SHORT_MAX,
@@ -40,22 +39,11 @@ from handclean.io.c3d_samples import (
     placed,
     valid,
 )
-from handclean.recording import Origin, Recording
+from handclean.recording import Origin
 
 
-def encode_c3d(recording: Recording, where: Path | str = "C3D") -> Iterator[bytes]:
-    """Yield the bytes of a C3D file, piece by piece.
-
-    Raises
-    ------
-    FileError
-        Before the first piece: if there are no points, or they do not fit the format.
-    """
-    return _pieces(plan_writing(recording, where))
-
-
-def _pieces(writing: Writing) -> Iterator[bytes]:
-    """Yield the file."""
+def encode_c3d(writing: Writing) -> Iterator[bytes]:
+    """Yield the bytes of a C3D file, piece by piece."""
     yield writing.head
     count = len(writing.columns.columns)
     frames = writing.recording.frames

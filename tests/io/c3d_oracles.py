@@ -187,7 +187,7 @@ def take(rng, frames=20, points=3, is_float=True, missing=0.1):
     raw = rng.integers(-30000, 30000, (frames, points, 3))
     values = raw * 0.1234567 if is_float else raw
     words = (rng.integers(0, 128, (frames, points)) << 8) | rng.integers(
-        1, 256, (frames, points)
+        1, 255, (frames, points)
     )
     gone = rng.random((frames, points)) < missing
     words[gone] = -1

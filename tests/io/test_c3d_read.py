@@ -99,6 +99,8 @@ def test_the_number_of_frames_may_need_more_than_16_bits(write, rng, frames, cou
     recording = read_c3d(path)
     assert recording.frames == frames
     check(recording, raw, words, True)
+    if frames == 65534:  # no news, and c3d is slow
+        return
     theirs = by_c3d(path)
     assert len(theirs) == frames
     np.testing.assert_allclose(
@@ -480,6 +482,7 @@ def test_traps_name_what_is_odd(write, rng):
     raw, words = take(rng, 10, 3, is_float=False, missing=0)
     raw[0, 0] = 32767
     words[3, 1], raw[3, 1] = -1, 5
+    words[5, 1] = 255
     groups = {"ANALOG": {"RATE": 150.001}, "POINT": {"RATE": 50.0}}
     path = write(
         raw,
@@ -502,6 +505,7 @@ def test_traps_name_what_is_odd(write, rng):
         "150.001 is not a whole multiple",
         "3 coordinates are at the end of 16 bits",
         "1 points marked missing have coordinates",
+        "at 255 steps of POINT:SCALE",
     ):
         assert words_of_trap in traps
 

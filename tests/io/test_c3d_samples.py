@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
+from handclean.io.session import read_session, write_session
 from handclean.recording import Origin
 from tests.io.c3d_oracles import by_c3d, by_ezc3d
 
@@ -105,10 +106,14 @@ def test_its_traps_are_named(name, path):
     assert TRAPS.get(name, "") in traps
 
 
-def test_an_identity_rewrite_of_every_sample_is_byte_identical(path):
-    file = io.BytesIO()
-    write_c3d(file, read_c3d(path))
-    assert file.getvalue() == path.read_bytes()
+def test_an_identity_rewrite_of_every_sample_is_byte_identical(path, tmp_path):
+    """Also after a stay in a session file."""
+    recording = read_c3d(path)
+    write_session(tmp_path / "take.h5", recording)
+    for take in (recording, read_session(tmp_path / "take.h5")):
+        file = io.BytesIO()
+        write_c3d(file, take)
+        assert file.getvalue() == path.read_bytes()
 
 
 def test_places_residuals_and_masks_are_those_of_c3d(name, path):

@@ -146,6 +146,9 @@ def test_each_sample_is_written_as_its_origin_says(rng, read, processor, is_floa
     origin[0, 3] = Origin.REJECTED
     positions[1, 0] += 0.001  # moved, still measured: its residual and cameras stay
     changed = with_markers(recording, positions=positions, origin=origin)
+    assert write_c3d(io.BytesIO(), changed) == (
+        "1 rejected samples are written as missing",
+    )
     again = read(written(changed))
     raws = again.parameters["c3d"]["frames"][:, : 4 * 4].reshape(12, 4, 4)
     before = recording.parameters["c3d"]["frames"][:, : 4 * 4].reshape(12, 4, 4)
@@ -292,7 +295,9 @@ def test_a_coordinate_too_large_for_integers_rescales_all_points(rng, read, proc
     positions[4, 0] = (1.0, -9.0, 2.0)  # 9000 mm, where 3276.7 is the most
     origin = recording.markers.origin.copy()
     origin[4, 0] = Origin.FILLED
-    again = read(written(with_markers(recording, positions=positions, origin=origin)))
+    changed = with_markers(recording, positions=positions, origin=origin)
+    assert "POINT:SCALE went from 0.1" in write_c3d(io.BytesIO(), changed)[0]
+    again = read(written(changed))
     scale = again.parameters["c3d"]["groups"]["POINT"]["SCALE"]
     assert scale == pytest.approx(9000 / 32000)
     np.testing.assert_allclose(again.markers.positions, positions, atol=0.51e-3 * scale)
