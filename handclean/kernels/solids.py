@@ -152,6 +152,53 @@ def into_frame(point: Floats, frame: Floats, out: Floats) -> None:
 
 
 @jit
+def passes_near(p: Floats, q: Floats, centre: Floats, reach: float) -> bool:
+    """Whether the segment from p to q comes within ``reach`` of a point."""
+    ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    wx, wy, wz = centre[0] - p[0], centre[1] - p[1], centre[2] - p[2]
+    uu = ux * ux + uy * uy + uz * uz
+    s = (ux * wx + uy * wy + uz * wz) / uu if uu > 0.0 else 0.0
+    s = min(max(s, 0.0), 1.0)
+    x, y, z = wx - s * ux, wy - s * uy, wz - s * uz
+    return bool(x * x + y * y + z * z < reach * reach)
+
+
+@jit
+def is_blocked(
+    marker: Floats,
+    camera: Floats,
+    start: Floats,
+    stop: Floats,
+    radius: Floats,
+    frames: Floats,
+    kinds: Ints,
+    sizes: Floats,
+    reach: Floats,
+    room: Floats,
+) -> bool:
+    """Whether a capsule or solid stands between a marker and a camera.
+
+    Parameters
+    ----------
+    start, stop : (L, 3) [m]; frames : (O, 3, 4); the rest as in `sightlines`.
+    reach : (O,) [m] radius of a ball around each solid.
+    room : (3, 3) work space.
+    """
+    for k in range(radius.shape[0]):
+        if segments_distance(marker, camera, start[k], stop[k]) < radius[k]:
+            return True
+    for o in range(kinds.shape[0]):
+        for n in range(3):
+            room[0, n] = frames[o, n, 3]
+        if passes_near(marker, camera, room[0], reach[o]):
+            into_frame(marker, frames[o], room[1])
+            into_frame(camera, frames[o], room[2])
+            if segment_meets_solid(room[1], room[2], kinds[o], sizes[o]):
+                return True
+    return False
+
+
+@jit
 def sightlines(
     markers: Floats,
     cameras: Floats,
@@ -161,6 +208,8 @@ def sightlines(
     frames: Floats,
     kinds: Ints,
     sizes: Floats,
+    reach: Floats,
+    room: Floats,
     out: Bools,
 ) -> None:
     """Write which cameras see which markers past capsules and solids.
@@ -176,27 +225,25 @@ def sightlines(
     radius : (L,) [m]
     frames : (T, O, 3, 4) frames of O solids, as in `into_frame`.
     kinds : (O,); sizes : (O, 4) [m]
+    reach : (O,) [m] radius of a ball around each solid, which is looked at first.
+    room : (3, 3) work space.
     out : (T, M, C), overwritten in full.
     """
-    p, q = markers[0, 0] * 0.0, markers[0, 0] * 0.0
     for t in range(markers.shape[0]):
         for m in range(markers.shape[1]):
-            marker = markers[t, m]
             for c in range(cameras.shape[0]):
-                seen = True
-                for k in range(radius.shape[0]):
-                    far = segments_distance(marker, cameras[c], start[t, k], stop[t, k])
-                    if far < radius[k]:
-                        seen = False
-                        break
-                for o in range(kinds.shape[0]):
-                    if not seen:
-                        break
-                    into_frame(marker, frames[t, o], p)
-                    into_frame(cameras[c], frames[t, o], q)
-                    if segment_meets_solid(p, q, kinds[o], sizes[o]):
-                        seen = False
-                out[t, m, c] = seen
+                out[t, m, c] = not is_blocked(
+                    markers[t, m],
+                    cameras[c],
+                    start[t],
+                    stop[t],
+                    radius,
+                    frames[t],
+                    kinds,
+                    sizes,
+                    reach,
+                    room,
+                )
 
 
 @jit

@@ -12,16 +12,24 @@ from handclean.io import files
 from handclean.io.subject import write_subject
 from handclean.recording import Recording
 from handclean.simulation.samples import ABOUT, SESSIONS
+from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import Trial, simulate
 
 
-def make_samples(folder: Path) -> list[Path]:
-    """Write the sample sessions into a folder, and say which files."""
+def make_samples(
+    folder: Path, sessions: tuple[tuple[str, SimulateConfig], ...] = SESSIONS
+) -> list[Path]:
+    """Write the sample sessions into a folder, and say which files.
+
+    Parameters
+    ----------
+    sessions : scenario and settings of each.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     readme = folder / "README.md"
     readme.write_text(ABOUT, encoding="utf-8")
     written = [readme]
-    for scenario, settings in SESSIONS:
+    for scenario, settings in sessions:
         entry = {
             "command": "simulate",
             "version": __version__,

@@ -67,6 +67,7 @@ def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
     start, stop = person.flesh.capsules(scene.poses)
     things = scene.bodies
     kinds: Ints = np.array([body.kind for body in things], dtype=np.int64)
+    sizes = np.array([body.size for body in things]).reshape(-1, 4)
     placed = np.zeros((frames, len(things), 3, 4))
     for n, body in enumerate(things):
         placed[:, n] = body.frames
@@ -79,7 +80,9 @@ def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
         person.flesh.radius + SHADE,
         placed,
         kinds,
-        np.array([body.size for body in things]).reshape(-1, 4),
+        sizes,
+        np.linalg.norm(sizes[:, :3], axis=1) + sizes[:, 3],
+        np.zeros((3, 3)),
         out,
     )
     solids.hide_behind_markers(markers, rig.places, TOUCH, out)
