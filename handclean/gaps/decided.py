@@ -1,8 +1,7 @@
 """Which joints the markers in sight decide, and which they would if none were hidden.
 
-With marker noise sigma per axis and a loose prior of the joints, the posterior of a
-frame's step is Gaussian with precision J^T J / sigma^2 + prior. A degree of freedom is
-*decided* if the markers explain at least `DECIDED` of its prior variance. It is
+With a nominal noise of the markers and a loose prior of all degrees of freedom, `spread`
+says how much of each one's variance is left. It is *decided* if the markers explain at least `DECIDED` of its prior variance. It is
 *affected* by missing markers if those in sight do not decide it while those expected
 (in sight, or in a gap short enough to fill) would explain distinctly more.
 
@@ -17,11 +16,13 @@ or several times in a long one.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.hand.model import Model, jacobian
+from handclean.gaps.spread import spread
+from handclean.hand.model import Model
 from handclean.ik.frames import LOOSE
 from handclean.tree import ROOT_DOFS
 
@@ -65,22 +66,6 @@ def prior_precision(hinges: int) -> Floats:
     return np.asarray(1.0 / spread**2)
 
 
-def posterior(columns: Floats, seen: Bools, noise: Floats, precision: Floats) -> Floats:
-    """(6 + D, 6 + D) covariance of a step, given the markers in sight.
-
-    Parameters
-    ----------
-    columns : (M, 3, 6 + D) Jacobian.
-    seen : (M,)
-    noise : (M,) [m] standard deviation per axis.
-    precision : (6 + D,) of the prior.
-    """
-    rows = (columns[seen] / noise[seen, None, None]).reshape(-1, columns.shape[2])
-    matrix = rows.T @ rows
-    matrix[np.diag_indices_from(matrix)] += precision
-    return np.asarray(np.linalg.inv(matrix))
-
-
 def decide(
     model: Model,
     poses: Floats,
@@ -102,28 +87,36 @@ def decide(
         inverse kinematics weighs its prior with.
     follows : whether joints that nothing decides follow a posture subspace.
     """
-    frames, hinges = len(poses), len(model.tree.hinges)
-    precision = prior_precision(hinges)
-    nominal = np.full(len(model.labels), nominal_m)
-    affected = np.zeros((frames, hinges), dtype=bool)
-    root, sigma = np.zeros(frames, dtype=bool), np.full((frames, hinges), np.nan)
-    for start, stop in _stretches(seen, expected):
-        columns = jacobian(model, poses[(start + stop) // 2])
-        here, hoped = seen[start], expected[start]
-        share = _share(columns, here, nominal, precision)
-        weak = share < DECIDED
-        spread = np.sqrt(np.diag(posterior(columns, here, noise, precision)))
-        sigma[start:stop] = np.where(weak, np.nan, spread)[ROOT_DOFS:]
-        if np.array_equal(here, hoped) or not weak.any():
-            continue
-        weak &= share < _share(columns, hoped, nominal, precision) - DISTINCT
-        if np.count_nonzero(here) < LEAST <= np.count_nonzero(hoped):
-            weak[:] = True
-        if follows and weak.any():
-            weak[ROOT_DOFS:] |= share[ROOT_DOFS:] < DECIDED
-        root[start:stop] = weak[:ROOT_DOFS].any()
-        affected[start:stop] = weak[ROOT_DOFS:]
-    return Decided(affected=affected, root=root, sigma=sigma)
+    stretches = _stretches(seen, expected)
+    starts = np.array([start for start, _ in stretches], dtype=np.int64)
+    middles = poses[[(start + stop) // 2 for start, stop in stretches]]
+    here, hoped = seen[starts], expected[starts]
+    precision = np.tile(prior_precision(len(model.tree.hinges)), (len(starts), 1))
+    ask = np.zeros(here.shape, dtype=bool)
+    nominal = nominal_m**-2.0
+    share, share_hoped, variance = (
+        spread(model, middles, weight, precision, ask)[0] * scale
+        for weight, scale in (
+            (here * nominal, precision),
+            (hoped * nominal, precision),
+            (here / noise**2, 1.0),
+        )
+    )
+    weak = share > 1.0 - DECIDED
+    sigma = np.where(weak, np.nan, np.sqrt(variance))[:, ROOT_DOFS:]
+    missing = np.any(here != hoped, axis=1)
+    touched = weak & (share > share_hoped + DISTINCT) & missing[:, None]
+    few = (here.sum(axis=1) < LEAST) & (hoped.sum(axis=1) >= LEAST)
+    touched[few] = True
+    if follows:
+        linked = touched.any(axis=1)
+        touched[linked, ROOT_DOFS:] |= weak[linked, ROOT_DOFS:]
+    lengths = np.diff(np.append(starts, len(poses)))
+    return Decided(
+        affected=np.repeat(touched[:, ROOT_DOFS:], lengths, axis=0),
+        root=np.repeat(touched[:, :ROOT_DOFS].any(axis=1), lengths),
+        sigma=np.repeat(sigma, lengths, axis=0),
+    )
 
 
 def _stretches(seen: Bools, expected: Bools) -> list[tuple[int, int]]:
@@ -132,11 +125,4 @@ def _stretches(seen: Bools, expected: Bools) -> list[tuple[int, int]]:
     changes = np.any(np.diff(np.hstack([seen, expected]), axis=0), axis=1)
     regular = np.arange(0, frames, LONGEST)
     edges = np.union1d(np.flatnonzero(changes) + 1, np.append(regular, frames))
-    return [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
-
-
-def _share(columns: Floats, seen: Bools, noise: Floats, precision: Floats) -> Floats:
-    """(6 + D,) share of the prior variance that markers explain."""
-    return np.asarray(
-        1.0 - np.diag(posterior(columns, seen, noise, precision)) * precision
-    )
+    return [(int(a), int(b)) for a, b in pairwise(edges)]

@@ -24,6 +24,7 @@ Time counts in frames throughout.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -65,15 +66,19 @@ class Bridge:
     supported: bool
 
 
-def slope_weights(times: Floats, order: int) -> Floats:
+def slope_weights(times: Ints, order: int) -> Floats:
     """(N,) weights that turn samples into the slope at time 0 of a fitted polynomial.
 
     Parameters
     ----------
     times : (N,) [frames]; the order is lowered where they are too few for it.
     """
-    order = max(min(order, len(times) - 2), 1)
-    powers = np.vander(times, order + 1, increasing=True)
+    return _slope_weights(tuple(times.tolist()), min(order, max(len(times) - 2, 1)))
+
+
+@lru_cache(maxsize=1024)
+def _slope_weights(times: tuple[int, ...], order: int) -> Floats:
+    powers = np.vander(np.array(times, dtype=float), order + 1, increasing=True)
     return np.asarray(np.linalg.pinv(powers)[1])
 
 
@@ -118,8 +123,8 @@ def bridge(
     expect_shape("values", values, len(known), "C")
     before = nearest(known, cluster.start - 1, -1, fit.frames, reach)
     after = nearest(known, cluster.stop, 1, fit.frames, reach)
-    v0 = slope_weights(before - float(before[0]), fit.order) @ values[before]
-    v1 = slope_weights(after - float(after[0]), fit.order) @ values[after]
+    v0 = slope_weights(before - before[0], fit.order) @ values[before]
+    v1 = slope_weights(after - after[0], fit.order) @ values[after]
     if len(cluster.gaps) == 1:
         return [_through_one(values, cluster.start, cluster.stop, v0, v1)]
     return _through_many(values, known, cluster, v0, v1)

@@ -45,8 +45,38 @@ class Paths:
     clusters: tuple[Cluster, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Tried:
+    """What a take says about bridging its angles and its root: fits and laws."""
+
+    angles: tuple[EndFit, Law]
+    places: tuple[EndFit, Law]
+
+
+def try_bridging(
+    poses: Floats, open_hinge: Bools, open_root: Bools, limits: Limits
+) -> Tried:
+    """Ask a take how its angles and its root are best bridged.
+
+    Parameters
+    ----------
+    poses : (T, 7 + D); open_hinge : (T, D); open_root : (T,)
+    """
+    places = np.repeat(~open_root[:, None], 3, axis=1)
+    longest, rate = limits.longest, limits.rate
+    return Tried(
+        angles=choose(poses[:, POSE_HEAD:], ~open_hinge, longest, rate),
+        places=choose(poses[:, :3], places, longest, rate),
+    )
+
+
 def lay_paths(
-    tree: JointTree, solved: Floats, open_hinge: Bools, open_root: Bools, limits: Limits
+    tree: JointTree,
+    solved: Floats,
+    open_hinge: Bools,
+    open_root: Bools,
+    limits: Limits,
+    tried: Tried,
 ) -> Paths:
     """Bridge what is open in a take.
 
@@ -56,10 +86,10 @@ def lay_paths(
     open_hinge : (T, D); open_root : (T,)
     """
     poses = solved.copy()
-    hinge_variance, clusters = _lay_hinges(poses, open_hinge, limits)
+    hinge_variance, clusters = _lay_hinges(poses, open_hinge, limits, *tried.angles)
     low, high = tree.limits.T
     poses[:, POSE_HEAD:] = np.clip(poses[:, POSE_HEAD:], low, high)
-    root_variance, root_clusters = _lay_root(poses, open_root, limits)
+    root_variance, root_clusters = _lay_root(poses, open_root, limits, *tried.places)
     return Paths(
         poses=poses,
         hinge_variance=hinge_variance,
@@ -69,15 +99,12 @@ def lay_paths(
 
 
 def _lay_hinges(
-    poses: Floats, is_open: Bools, limits: Limits
+    poses: Floats, is_open: Bools, limits: Limits, fit: EndFit, law: Law
 ) -> tuple[Floats, list[Cluster]]:
     """Bridge angles in place; return (T, D) variances and what was found."""
     variance = np.zeros(is_open.shape)
     columns = np.flatnonzero(is_open.any(axis=0))
-    if len(columns) == 0:
-        return variance, []
     angles, known = poses[:, POSE_HEAD:].copy(), ~is_open
-    fit, law = choose(angles, known, limits.longest, limits.rate)
     clusters: list[Cluster] = []
     for column in columns:
         found = clusters_of(known[:, column], limits, int(column))
@@ -90,7 +117,7 @@ def _lay_hinges(
 
 
 def _lay_root(
-    poses: Floats, is_open: Bools, limits: Limits
+    poses: Floats, is_open: Bools, limits: Limits, fit: EndFit, law: Law
 ) -> tuple[Floats, list[Cluster]]:
     """Bridge the root in place; return (T, 2) variances and what was found."""
     variance, known = np.zeros((len(poses), 2)), ~is_open
@@ -98,9 +125,6 @@ def _lay_root(
     if not found:
         return variance, []
     places, turns = poses[:, :3].copy(), poses[:, 3:POSE_HEAD].copy()
-    fit, law = choose(
-        places, np.repeat(known[:, None], 3, axis=1), limits.longest, limits.rate
-    )
     for cluster in found:
         chart, origin = _chart(turns, known, cluster, max(2 * limits.seed, fit.frames))
         both = np.hstack([places, chart])

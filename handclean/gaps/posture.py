@@ -16,12 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
-from handclean.gaps.decided import Decided, decide, posterior, prior_precision
+from handclean.gaps.decided import Decided, decide, prior_precision
 from handclean.gaps.leftovers import PARTIAL, Leftovers, carry, left_over
-from handclean.gaps.paths import Paths, lay_paths
+from handclean.gaps.paths import Paths, lay_paths, try_bridging
 from handclean.gaps.refine import placed, refined
 from handclean.gaps.runs import Gap, Limits
-from handclean.hand.model import Model, jacobian, marker_positions
+from handclean.gaps.spread import spread
+from handclean.hand.model import Model, marker_positions
 from handclean.ik.frames import LOOSE
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution
@@ -143,15 +144,15 @@ def _on_paths(
     model: Model, targets: "_Targets", poses: Floats, decided: Decided, limits: Limits
 ) -> tuple[Paths, Floats]:
     """Lay paths, refine, and once more from ends that agree with the first round."""
-    first = lay_paths(model.tree, poses, decided.affected, decided.root, limits)
+    is_open = decided.affected, decided.root
+    tried = try_bridging(poses, *is_open, limits)
+    first = lay_paths(model.tree, poses, *is_open, limits, tried)
     part = np.flatnonzero(decided.affected.any(axis=1) | decided.root)
-    if len(part) == 0:
-        return first, poses
     start = first.poses.copy()
     start[part] = targets.fitted(
         part, start, _held(first, decided), first.root_variance
     )
-    second = lay_paths(model.tree, start, decided.affected, decided.root, limits)
+    second = lay_paths(model.tree, start, *is_open, limits, tried)
     count = targets.seen.astype(np.int64) @ model.tree.carried_by()[model.bone]
     ends = second.poses.copy()
     _lead_inner_gaps(ends, start, count, second, model.tree)
@@ -188,9 +189,7 @@ def _lead_inner_gaps(
             pulled = refined_once[more, POSE_HEAD + column] - path[more]
             frames = np.concatenate([[gap.start - 1], more, [gap.stop]])
             off = np.interp(rows[fewer], frames, np.pad(pulled, 1))
-            path[rows[fewer]] = np.clip(
-                path[rows[fewer]] + off, *tree.limits[column]
-            )
+            path[rows[fewer]] = np.clip(path[rows[fewer]] + off, *tree.limits[column])
 
 
 def _held(paths: Paths, decided: Decided) -> Floats:
@@ -250,21 +249,18 @@ def _spread(
 ) -> tuple[Floats, Floats]:
     """(T, D) [rad] sigma of angles, (T, M) [m^2] variance of missing markers."""
     sigma = np.full(paths.hinge_variance.shape, np.nan)
-    variance = np.zeros(seen.shape)
-    loose = prior_precision(sigma.shape[1])
+    distance = np.zeros(seen.shape)
     missing = expected & ~seen
-    for t in np.flatnonzero(missing.any(axis=1)):
-        precision = loose.copy()
-        on_path = np.flatnonzero(paths.hinge_variance[t])
-        precision[ROOT_DOFS + on_path] = 1.0 / paths.hinge_variance[t, on_path]
-        if paths.root_variance[t, 0] > 0.0:
-            precision[:ROOT_DOFS] = np.repeat(1.0 / paths.root_variance[t], 3)
-        columns = jacobian(model, poses[t])
-        covariance = posterior(columns, seen[t], noise, precision)
-        sigma[t] = np.sqrt(np.diag(covariance)[ROOT_DOFS:])
-        moved = columns[missing[t]]
-        variance[t, missing[t]] = np.einsum("mia,ab,mib->m", moved, covariance, moved)
-    return sigma, variance
+    frames = np.flatnonzero(missing.any(axis=1))
+    precision = np.tile(prior_precision(sigma.shape[1]), (len(frames), 1))
+    hinges, root = paths.hinge_variance[frames], paths.root_variance[frames]
+    held = np.hstack([np.repeat(root, ROOT_DOFS // 2, axis=1), hinges])
+    np.divide(1.0, held, out=precision, where=held > 0.0)
+    variance, distance[frames] = spread(
+        model, poses[frames], seen[frames] / noise**2, precision, missing[frames]
+    )
+    sigma[frames] = np.sqrt(variance[:, ROOT_DOFS:])
+    return sigma, distance
 
 
 def what_is_open(

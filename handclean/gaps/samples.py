@@ -28,12 +28,12 @@ def with_samples(
     spread = np.full(origin.shape, np.nan, dtype=np.float32)
     if markers.sigma is not None:
         spread[:] = markers.sigma
-    filled = np.zeros(origin.shape, dtype=bool)
+    filled, measured = np.zeros(origin.shape, dtype=bool), markers.measured
     for theirs, ours in columns.items():
         again = origin[:, ours] == Origin.FILLED
         positions[again, ours], origin[again, ours] = np.nan, Origin.MISSING
         spread[again, ours] = np.nan
-        new = np.isfinite(places[:, theirs, 0]) & ~markers.measured[:, ours]
+        new = np.isfinite(places[:, theirs, 0]) & ~measured[:, ours]
         filled[new, ours] = True
         positions[new, ours] = places[new, theirs]
         spread[new, ours] = sigma[new, theirs]

@@ -23,7 +23,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.gaps.min_acceleration import EndFit, bend_of, slope_weights
 
-WINDOWS = 120
+WINDOWS = 60
 """Stretches tried per length."""
 
 ENOUGH = 40
@@ -74,10 +74,10 @@ def shape(frames: int) -> Floats:
 
 
 def lengths_to_try(longest: int) -> Ints:
-    """Odd gap lengths from 1 frame to about the longest, each twice the last."""
-    lengths = [1]
-    while 2 * lengths[-1] + 1 <= longest:
-        lengths.append(2 * lengths[-1] + 1)
+    """Odd gap lengths from 1 frame to about the longest, each four times the last."""
+    lengths, last = [1], max(longest - 1, 0) | 1
+    while lengths[-1] < last:
+        lengths.append(min(4 * lengths[-1] + 3, last))
     return np.array(lengths, dtype=np.int64)
 
 
@@ -126,7 +126,7 @@ def _errors(samples: Floats, frames: int, fit: EndFit) -> tuple[Floats, Floats]:
     step = max(1, (last - first) // WINDOWS)
     left = np.arange(first, last + 1, step)
     right, back = left + span, np.arange(width)
-    weights = slope_weights(-back.astype(float), fit.order)
+    weights = slope_weights(-back, fit.order)
     v0 = np.tensordot(samples[left[:, None] - back], weights, axes=(1, 0))
     v1 = -np.tensordot(samples[right[:, None] + back], weights, axes=(1, 0))
     x0, x1 = samples[left], samples[right]

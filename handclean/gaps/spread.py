@@ -1,0 +1,154 @@
+"""How uncertain postures are, and what that means for missing markers; compiled.
+
+With marker noise sigma_m per axis and independent priors of all degrees of freedom, a
+small step s about a pose is Gaussian with the precision ::
+
+    A = sum_m J_m^T J_m / sigma_m^2 + diag(precision)
+
+so its degrees of freedom have the variances diag(A^-1), and a marker that is not seen is
+off by trace(J_m A^-1 J_m^T), a squared distance.
+"""
+
+import math
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats, expect_shape
+from handclean.hand.model import Model
+from handclean.ik.solve import chain_of
+from handclean.kernels import jit
+from handclean.kernels.chain import marker_jacobian, place_links, place_points
+from handclean.kernels.gauss_newton import Chain, Work, make_work
+from handclean.tree import ROOT_DOFS
+
+
+@jit
+def invert(a: Floats, out: Floats) -> None:
+    """Write the inverse of a symmetric positive matrix, by Cholesky.
+
+    Parameters
+    ----------
+    a : (N, N), whose lower triangle is overwritten; out : (N, N), overwritten in full.
+    """
+    size = a.shape[0]
+    for i in range(size):
+        for j in range(i + 1):
+            total = a[i, j]
+            for n in range(j):
+                total -= a[i, n] * a[j, n]
+            a[i, j] = math.sqrt(total) if i == j else total / a[j, j]
+    for c in range(size):  # the inverse of the factor, then its square
+        for i in range(size):
+            total = 1.0 if i == c else 0.0
+            if i >= c:
+                for n in range(c, i):
+                    total -= a[i, n] * out[n, c]
+                out[i, c] = total / a[i, i]
+            else:
+                out[i, c] = 0.0
+    for i in range(size):
+        for j in range(i + 1):
+            total = 0.0
+            for n in range(i, size):
+                total += out[n, i] * out[n, j]
+            a[i, j] = total
+    for i in range(size):
+        for j in range(i + 1):
+            out[i, j] = a[i, j]
+            out[j, i] = a[i, j]
+
+
+@jit
+def spread_frames(
+    poses: Floats,
+    tree: Chain,
+    carries: Bools,
+    k: Work,
+    weight: Floats,
+    precision: Floats,
+    asked: Bools,
+    columns: Floats,
+    matrix: Floats,
+    inverse: Floats,
+    variance: Floats,
+    distance: Floats,
+) -> None:
+    """Write what the module says for many poses.
+
+    Parameters
+    ----------
+    poses : (N, 7 + D)
+    carries : (D + 1, D + 1) see `kernels.chain.marker_jacobian`.
+    weight : (N, M) [1/m^2] 1 / sigma^2, 0 where a marker is not seen.
+    precision : (N, 6 + D) [1/m^2, 1/rad^2]
+    asked : (N, M) markers whose distance is wanted.
+    columns, matrix, inverse : (M, 3, 6 + D), twice (6 + D, 6 + D), room.
+    variance : (N, 6 + D), distance : (N, M) overwritten; 0 where not asked.
+    """
+    size = precision.shape[1]
+    for t in range(poses.shape[0]):
+        place_links(
+            poses[t], tree.parent, tree.offset, tree.axis, k.turn, k.origin, k.column
+        )
+        place_points(k.turn, k.origin, tree.link, tree.at, k.point)
+        marker_jacobian(k.point, k.column, tree.link, carries, columns)
+        matrix[:] = 0.0
+        for i in range(size):
+            matrix[i, i] = precision[t, i]
+        for m in range(weight.shape[1]):
+            if weight[t, m] <= 0.0:
+                continue
+            for i in range(size):
+                if i >= 6 and not carries[tree.link[m], i - 5]:
+                    continue
+                for j in range(i + 1):
+                    total = 0.0
+                    for n in range(3):
+                        total += columns[m, n, i] * columns[m, n, j]
+                    matrix[i, j] += weight[t, m] * total
+        invert(matrix, inverse)
+        for i in range(size):
+            variance[t, i] = inverse[i, i]
+        for m in range(weight.shape[1]):
+            distance[t, m] = 0.0
+            if not asked[t, m]:
+                continue
+            for n in range(3):
+                for i in range(size):
+                    for j in range(size):
+                        distance[t, m] += (
+                            columns[m, n, i] * inverse[i, j] * columns[m, n, j]
+                        )
+
+
+def spread(
+    model: Model, poses: Floats, weight: Floats, precision: Floats, asked: Bools
+) -> tuple[Floats, Floats]:
+    """(N, 6 + D) variances of steps about poses, (N, M) [m^2] of markers asked for.
+
+    Parameters
+    ----------
+    poses : (N, 7 + D); weight : (N, M) [1/m^2]; precision : (N, 6 + D);
+    asked : (N, M)
+    """
+    frames, markers = len(poses), len(model.labels)
+    size = ROOT_DOFS + len(model.tree.hinges)
+    expect_shape("weight", weight, frames, markers)
+    expect_shape("precision", precision, frames, size)
+    expect_shape("asked", asked, frames, markers)
+    variance, distance = np.zeros((frames, size)), np.zeros((frames, markers))
+    spread_frames(
+        np.ascontiguousarray(poses),
+        chain_of(model),
+        model.links.carries,
+        make_work(size - ROOT_DOFS, markers, 0),
+        weight,
+        precision,
+        asked,
+        np.zeros((markers, 3, size)),
+        np.zeros((size, size)),
+        np.zeros((size, size)),
+        variance,
+        distance,
+    )
+    return variance, distance
