@@ -204,6 +204,75 @@ def test_relabelling_moves_each_point_with_its_own_words(rng, read):
     np.testing.assert_array_equal(again.unlabelled.cameras, points.cameras[ghosts])
 
 
+@given(seed=st.integers(0, 2**32 - 1), data=st.data())
+def test_any_labelling_of_any_take_reads_back(tmp_path_factory, seed, data):
+    """Points are dealt anew to markers, old and new, and to nobody."""
+    rng = np.random.default_rng(seed)
+    is_float, frames = data.draw(st.booleans()), data.draw(st.integers(1, 12))
+    columns = data.draw(st.integers(1, 6))
+    raw, words = take(rng, frames, columns, is_float, missing=0.2)
+    raw[words >= 0] += raw[words >= 0] == 0
+    names = st.sampled_from(["A", "B", "C", "*1", "*2", ""])
+    labels = data.draw(st.lists(names, min_size=columns, max_size=columns))
+    path = tmp_path_factory.getbasetemp() / "dealt.c3d"
+    path.write_bytes(
+        c3d_bytes(
+            raw,
+            words,
+            labels,
+            processor=data.draw(st.sampled_from(PROCESSORS)),
+            is_float=is_float,
+        )
+    )
+    before = read_c3d(path)
+    every = np.full((frames, columns, 3), np.nan)
+    if before.markers is not None:
+        for frame, marker in np.argwhere(before.markers.origin > 0):
+            column = before.markers.source[frame, marker]
+            every[frame, column] = before.markers.positions[frame, marker]
+    if before.unlabelled is not None:
+        loose = before.unlabelled
+        every[loose.frame, loose.source] = loose.positions
+    markers = data.draw(st.lists(names.filter(str.isalpha), unique=True))
+    markers = tuple(markers) + ("New",) * data.draw(st.booleans())
+    positions = np.full((frames, len(markers), 3), np.nan)
+    source = np.full((frames, len(markers)), -1, np.int32)
+    left = []
+    for frame in range(frames):
+        for place, column in enumerate(rng.permutation(columns)):
+            if words[frame, column] < 0:
+                continue
+            if place < len(markers) and rng.random() < 0.7:
+                positions[frame, place] = every[frame, column]
+                source[frame, place] = column
+            else:
+                left.append((frame, column))
+    frame, column = np.array(left, np.int32).reshape(-1, 2).T
+    dealt = replace(
+        before,
+        markers=trajectories(positions, markers, source=source) if markers else None,
+        unlabelled=Points(frame=frame, source=column, positions=every[frame, column]),
+    )
+    if not (markers or left):
+        return
+    path.write_bytes(written(dealt))
+    again = read_c3d(path)
+    if markers:
+        found = [again.markers.labels.index(label) for label in markers]
+        np.testing.assert_array_equal(again.markers.positions[:, found], positions)
+        there = source >= 0
+        its = words[np.arange(frames)[:, None], source]
+        np.testing.assert_array_equal(
+            again.markers.cameras[:, found][there], (its >> 8)[there]
+        )
+    left_over = again.unlabelled
+    kept = np.column_stack([frame, every[frame, column], words[frame, column] >> 8])
+    now = np.zeros((0, 5))
+    if left_over is not None:
+        now = np.column_stack([left_over.frame, left_over.positions, left_over.cameras])
+    np.testing.assert_array_equal(kept[np.lexsort(kept.T)], now[np.lexsort(now.T)])
+
+
 def test_points_that_lost_their_label_share_new_columns(rng, read):
     raw, words = take(rng, 8, 3, missing=0)
     recording = read(c3d_bytes(raw, words, ["A", "B", "*7"]))
