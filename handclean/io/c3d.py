@@ -24,6 +24,13 @@ groups      the parameters, decoded, for people
 
 so that it can be written again, also after a stay in a session file, with everything
 untouched that no step has changed.
+
+The parts, each on those before: ``c3d_numbers`` (processors), ``c3d_parameters`` and
+``c3d_edit`` (the parameter section), ``c3d_samples`` (the four words of a point),
+``c3d_layout`` (which of a file's claims are true), ``c3d_head``, ``c3d_remarks``,
+``c3d_structure`` (a file opened); ``c3d_decode``, ``c3d_analog``, ``c3d_events`` for
+reading; ``c3d_columns``, ``c3d_writing``, ``c3d_again``, ``c3d_new``, ``c3d_write`` for
+writing.
 """
 
 import re
@@ -44,10 +51,9 @@ from handclean.io.c3d_decode import (
 )
 from handclean.io.c3d_events import read_events
 from handclean.io.c3d_parameters import plain_values
-from handclean.io.c3d_plan import plan_writing
 from handclean.io.c3d_samples import Tally
 from handclean.io.c3d_structure import Structure, open_c3d
-from handclean.io.c3d_write import encode_c3d
+from handclean.io.c3d_write import encode_c3d, plan_writing
 from handclean.io.reading import METRES, settle_rate, settle_unit
 from handclean.recording import Event, Origin, Recording, Trajectories
 

@@ -16,10 +16,11 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
+from handclean.io.c3d_head import Head
 from handclean.io.c3d_layout import analog_ratio, count
 from handclean.io.c3d_numbers import Words, floats_from_words, shorts_from_words
 from handclean.io.c3d_parameters import Section
-from handclean.io.c3d_structure import Head, Structure
+from handclean.io.c3d_structure import Structure
 from handclean.recording import Analog
 
 BLOCK_SAMPLES = 1 << 16

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from handclean.arrays import Bytes
 from handclean.errors import UsageError
 from handclean.io.c3d_columns import as_slice
+from handclean.io.c3d_remarks import some_of
 from handclean.io.c3d_samples import (
     Coding,
     Samples,
@@ -18,7 +19,7 @@ from handclean.io.c3d_samples import (
     decode,
     new_samples,
 )
-from handclean.io.c3d_structure import Structure, some_of
+from handclean.io.c3d_structure import Structure
 from handclean.recording import Origin, Points, Trajectories
 
 BLOCK_SAMPLES = 1 << 15

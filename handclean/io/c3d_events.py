@@ -7,15 +7,10 @@ and "EVENT:TIMES"). Files often hold an event in both places; it is taken once.
 
 import numpy as np
 
+from handclean.io.c3d_edit import with_floats, with_shorts, with_strings
+from handclean.io.c3d_head import Head
 from handclean.io.c3d_numbers import floats_at, shorts_at
-from handclean.io.c3d_parameters import (
-    Section,
-    text,
-    with_floats,
-    with_shorts,
-    with_strings,
-)
-from handclean.io.c3d_structure import Head
+from handclean.io.c3d_parameters import Section, text
 from handclean.recording import SourceEvent
 
 KEY = 12345

@@ -21,16 +21,19 @@ rejected   -1 with zeros for coordinates
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handclean.arrays import Bools
-from handclean.io.c3d_columns import as_slice
+from handclean.errors import FileError
+from handclean.io.c3d_again import same_file
+from handclean.io.c3d_columns import angles_of, as_slice, plan_columns
+from handclean.io.c3d_new import new_file
 from handclean.io.c3d_numbers import Shorts, Words
 from handclean.io.c3d_parameters import BLOCK
-from handclean.io.c3d_plan import BLOCK_SAMPLES, Source, Writing
 from handclean.io.c3d_samples import (
     MISSING_WORD,
     SHORT_MAX,
@@ -39,7 +42,35 @@ from handclean.io.c3d_samples import (
     placed,
     valid,
 )
-from handclean.recording import Origin
+from handclean.io.c3d_writing import (
+    BLOCK_SAMPLES,
+    Source,
+    Writing,
+    is_silent,
+    source_of,
+)
+from handclean.recording import Origin, Recording
+
+
+def plan_writing(recording: Recording, where: Path | str) -> Writing:
+    """Decide on everything but the samples.
+
+    Raises
+    ------
+    FileError
+        If there are no points, or they do not fit the format.
+    """
+    if recording.frames < 1:
+        raise FileError(where, "nothing to write: the take has no frames")
+    angles = angles_of(recording)
+    source = source_of(recording, where)
+    if source is None:
+        columns = plan_columns(recording, angles, (), set(), {}, where)
+        return new_file(recording, columns, angles, where)
+    labels, outputs = source.head.labels(source.points), source.head.outputs()
+    loose = {int(c): is_silent(source, int(c)) for c in source.loose}
+    columns = plan_columns(recording, angles, labels, outputs, loose, where)
+    return same_file(recording, source, columns, angles, where)
 
 
 def encode_c3d(writing: Writing) -> Iterator[bytes]:

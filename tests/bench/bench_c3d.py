@@ -6,7 +6,8 @@ run in turn with each: the same bytes to (T, M, 3) float64 metres with NaN where
 and nothing else, and the reverse. handclean also has origin, residual, cameras and
 source of every sample and the words of the file; "rewrite" is writing what was read,
 byte for byte. The second table has the c3d.org samples of the folder named by
-HANDCLEAN_DATA (default: the recordings kept beside the project), read and written again.
+HANDCLEAN_DATA (default: the recordings kept beside the project), read and written
+again.
 """
 
 import importlib

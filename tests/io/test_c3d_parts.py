@@ -7,6 +7,13 @@ from hypothesis import strategies as st
 
 from handclean.errors import FileError
 from handclean.io.c3d_columns import angles_of, plan_columns
+from handclean.io.c3d_edit import (
+    edited_bytes,
+    with_floats,
+    with_shorts,
+    with_strings,
+    with_text,
+)
 from handclean.io.c3d_numbers import (
     Processor,
     floats_at,
@@ -17,14 +24,9 @@ from handclean.io.c3d_numbers import (
 )
 from handclean.io.c3d_parameters import (
     Section,
-    edited_bytes,
     parse_section,
     plain_values,
     strings_of,
-    with_floats,
-    with_shorts,
-    with_strings,
-    with_text,
 )
 from handclean.recording import Points, Recording, trajectories
 from tests.io.c3d_oracles import floats, section_bytes, shorts
