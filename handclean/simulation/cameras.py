@@ -29,7 +29,7 @@ SHADE = 0.0012
 
 _USUAL = 6.0  # cameras that see a point on whose number ``noise_m`` is defined
 
-_BLINKS_PER_S, _BLINK_S = 2.0, 0.04
+_BLINKS_PER_S, _BLINK_S = 2.5, 0.04
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +92,7 @@ def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
 def blink(seen: Bools, rate_hz: float, rng: np.random.Generator) -> Bools:
     """(T, M, C) sightings, less those that single cameras lose for a moment.
 
-    Each camera rejects each marker's image about twice a second, for some 40 ms. It
+    Each camera rejects each marker's image 2.5 times a second, for some 40 ms. It
     matters where few cameras see a marker, whose track then falls to pieces.
     """
     frames, markers, count = seen.shape

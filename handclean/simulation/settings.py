@@ -29,7 +29,7 @@ class SimulateConfig:
     )
     slide: Annotated[float, "Skin sliding over joints, 1: as on living hands."] = 1.0
     occlusion: Annotated[bool, "Whether hand and object hide markers."] = True
-    dropouts_per_s: Annotated[float, "Further losses per marker and second."] = 0.1
+    dropouts_per_s: Annotated[float, "Further losses per marker and second."] = 0.15
     ghosts_per_s: Annotated[float, "Short-lived ghosts per second."] = 0.5
     impostors_per_s: Annotated[
         float, "Ghosts per second that live on beside a hidden marker."

@@ -73,7 +73,7 @@ def _at(scene, span):
 
 def test_hands_move_as_fast_as_people_do(people):
     wrist, fingers = [], []
-    for k in range(16):
+    for k in range(10):
         scene = grasp_scene(people[k % 4], TIMES, (), np.random.default_rng([9, k]))
         places, angles = scene.poses[:, :3], scene.poses[:, 7:27]
         wrist.append(100.0 * np.linalg.norm(np.diff(places, axis=0), axis=1).max())

@@ -33,7 +33,7 @@ def test_the_same_seed_makes_the_same_take(kind):
 
 
 def test_a_take_does_not_depend_on_how_many_are_made():
-    few, many = takes(trials=3, subjects=2), takes(trials=5, subjects=2)
+    few, many = takes(trials=2, subjects=2), takes(trials=3, subjects=2)
     for one, two in zip(few, many, strict=False):
         assert one.name == two.name
         for a, b in zip(arrays(one), arrays(two), strict=True):
@@ -92,7 +92,7 @@ def test_without_sliding_noise_and_loss_the_labelled_take_is_the_model_s():
 
 @pytest.mark.parametrize("kind", ["grasp", "rom", "free"])
 def test_no_joint_leaves_its_limits(kind):
-    for trial in takes(kind, trials=3, subjects=3):
+    for trial in takes(kind, trials=2, subjects=2):
         tree = trial.truth.skeletons["right"]
         angles = trial.truth.motions["right"].angles
         low, high = tree.limits.T
@@ -130,7 +130,7 @@ def test_a_marker_that_reappears_is_in_another_column():
 
 
 def test_every_marker_is_there_at_the_start_and_nothing_else():
-    for trial in takes(trials=3, ghosts_per_s=5.0):
+    for trial in takes(trials=2, ghosts_per_s=5.0):
         assert trial.labelled.markers.measured[:10].all()
         assert (trial.labelled.unlabelled.frame >= 10).all()
 
