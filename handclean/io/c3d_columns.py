@@ -249,11 +249,12 @@ def _place_points(
     if not any(c.home >= 0 for c in columns) and _told_apart(points):
         used, column = np.unique(points.source, return_inverse=True)
         return len(columns) + column.astype(np.intp), len(used)
-    placed = np.full(len(points.frame), -1, dtype=np.intp)
-    for source, place in home.items():
-        rows = np.flatnonzero(points.source == source)
-        _, first = np.unique(points.frame[rows], return_index=True)
-        placed[rows[first]] = place
+    most = max(home, default=-1) + 1
+    place = np.full(most + 1, -1, dtype=np.intp)  # the last for those that have none
+    place[list(home)] = list(home.values())
+    known = (points.source >= 0) & (points.source < most)
+    placed = place[np.where(known, points.source, most)]
+    placed[_again_in_a_frame(points)] = -1
     others = np.flatnonzero(placed < 0)
     frame: Ints = points.frame[others].astype(np.int64)
     rank = np.arange(len(others)) - np.searchsorted(frame, frame)
@@ -261,11 +262,20 @@ def _place_points(
     return placed, int(rank.max()) + 1 if len(others) else 0
 
 
+def _again_in_a_frame(points: Points) -> Indices:
+    """Rows whose frame has an earlier row of the same source."""
+    pairs = points.frame.astype(np.int64) * 2**32 + points.source
+    if (np.diff(pairs) > 0).all():  # as they are read
+        return np.zeros(0, dtype=np.intp)
+    _, first = np.unique(pairs, return_index=True)
+    again = np.ones(len(pairs), bool)
+    again[first] = False
+    return np.flatnonzero(again)
+
+
 def _told_apart(points: Points) -> bool:
     """Whether source columns tell points of one frame apart and are not too many."""
-    if points.source.min() < 0:
+    if points.source.min() < 0 or len(_again_in_a_frame(points)):
         return False
-    pairs = points.frame.astype(np.int64) * (2**31) + points.source
-    most = np.bincount(points.frame).max()
-    few = len(np.unique(points.source)) <= 4 * most + 16
-    return bool(few and len(np.unique(pairs)) == len(pairs))
+    most = int(np.bincount(points.frame).max())
+    return len(np.unique(points.source)) <= 4 * most + 16

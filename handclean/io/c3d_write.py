@@ -216,7 +216,8 @@ def _put_points(writing: Writing, rows: slice, block: _Block) -> None:
     """Fill in the unlabelled points of some frames."""
     points = writing.recording.unlabelled
     assert points is not None
-    begin, end = np.searchsorted(points.frame, [rows.start, rows.stop])
+    ends = np.array([rows.start, rows.stop], points.frame.dtype)
+    begin, end = np.searchsorted(points.frame, ends)
     some = slice(int(begin), int(end))
     at = (points.frame[some] - rows.start, writing.columns.point_column[some])
     numbers = points.positions[some] * (1.0 / writing.coding.step)
