@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Floats
+from handclean.errors import HandcleanError
 from handclean.kernels.solids import CYLINDER
 from handclean.simulation.closing import STEPS, Closing, close
 from handclean.simulation.grasps import GRASPS, REST, Grasp
@@ -50,8 +51,8 @@ def grasp_scene(
 
     Raises
     ------
-    RuntimeError
-        If no object could be grasped at all, which a living hand does not do.
+    HandcleanError
+        If no object could be grasped at all.
     """
     name, held = _draw_grasp(person, names, rng)
     best, clear = None, -np.inf
@@ -85,7 +86,10 @@ def _draw_grasp(
         held = close(person, GRASPS[name], rng)
         if held is not None:
             return name, held
-    raise RuntimeError(f"{person.name} could not grasp anything by {', '.join(known)}")
+    raise HandcleanError(
+        f"{person.name} could not grasp anything by {', '.join(known)}; another class "
+        "or seed should do"
+    )
 
 
 def _draw_scene(

@@ -19,6 +19,7 @@ from handclean.simulation.settings import SimulateConfig
         {"noise_m": -1e-4},
         {"noise_m": float("nan")},
         {"duration_s": float("inf")},
+        {"duration_s": 0.3},
         {"side": "both"},
         {"seed": -1},
     ],
