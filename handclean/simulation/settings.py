@@ -48,9 +48,9 @@ class SimulateConfig:
             raise ValueError(f"side should be left or right, not '{self.side}'")
         if self.seed < 0:
             raise ValueError(f"seed should be >= 0, not {self.seed}")
-        if self.duration_s and not 1.0 <= self.duration_s <= 3600.0:
+        if self.duration_s and not 0.5 <= self.duration_s <= 3600.0:
             raise ValueError(
-                "duration_s should be 0 or lie between 1 and 3600 s, "
+                "duration_s should be 0 or lie between 0.5 and 3600 s, "
                 f"not {self.duration_s}"
             )
         for name in (
