@@ -1,0 +1,329 @@
+"""The joint least squares over all chosen frames: poses and hand at once.
+
+See ``handclean.kernels.bundle`` for the equations. The poses are eliminated frame by
+frame (Schur complement), the shape is solved for, and the poses follow; Levenberg's and
+Marquardt's damping makes every accepted step lower the cost. The noise of a marker is
+estimated on the way, from the median size of the residuals, which a few mislabelled
+markers do not disturb.
+
+**How much a take may say.** What cameras add to a marker changes from frame to frame
+and averages out. The rest of the residuals does not: skin slides over a joint in the
+same way whenever it bends. So far as residuals are more than camera noise, F frames
+therefore count as at most ``independent`` ones against the prior, which is multiplied
+by
+
+    share + (1 - share) F / independent,     share = (camera noise / noise)^2 .
+
+Without this, a take that moves little bends axes and places to explain the sliding, and
+fails on postures it did not show.
+
+**Noise that poses take up.** Poses fitted to noisy markers hide a part of the noise and
+leave fingers too long, by an amount that more frames do not lessen (Neyman and Scott
+1948). It grows with the square of the noise: nothing to speak of below a millimetre, a
+millimetre and more where markers are as noisy as three.
+
+**The prior of poses** decides only what neither markers nor the hand decide. It counts
+once for all frames together, like one more observation of the mean posture; otherwise
+hundreds of frames would move the zero of an angle, which is decided by little else.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats
+from handclean.hand.model import Model, marker_positions
+from handclean.kernels import bundle
+from handclean.kernels.bundle import Body
+from handclean.subject.shape import Expectation, Shape, body_of, pose_numbers, prior
+
+MEDIAN_OF_NORMS = 1.5382
+"""Median length of a vector of three independent standard normal numbers."""
+
+ENOUGH = 0.1
+"""A step that lowers the cost by less moves no number of the shape by more than about a
+third of its standard deviation."""
+
+LEAST_NOISE_M = 1e-5
+"""[m] residuals are never taken to be smaller: no marker is placed better."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosePrior:
+    """What is expected of postures.
+
+    Attributes
+    ----------
+    centre, hold : (D,) [rad], [1/rad^2] where hinges are held, and how strongly.
+    limits, bound : (D, 2) [rad], [1/rad^2] beyond what they are held back, and how.
+    """
+
+    centre: Floats
+    hold: float
+    limits: Floats
+    bound: float
+
+    def times(self, factor: float) -> "PosePrior":
+        """Return the same expectation, ``factor`` times as strong."""
+        return replace(self, hold=factor * self.hold, bound=factor * self.bound)
+
+    def body(self, model: Model) -> Body:
+        """Return the model with this expectation, for the bundle kernels."""
+        hold = np.full(len(self.centre), self.hold)
+        return body_of(model, self.centre, hold, self.limits, self.bound)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """What a joint adjustment is given.
+
+    Attributes
+    ----------
+    template : the expected hand.
+    expect : how far from it a hand may be.
+    pose_prior : what is expected of the mean posture.
+    targets : (T, M, 3) [m], finite; seen : (T, M) what of them is measured.
+    camera_m : [m] noise of a marker, each way, that changes from frame to frame.
+    independent : as how many frames the chosen ones count, see the module.
+    robust : residuals of so many standard deviations lose most of their say.
+    """
+
+    template: Model
+    expect: Expectation
+    pose_prior: PosePrior
+    targets: Floats
+    seen: Bools
+    camera_m: float
+    independent: float
+    robust: float
+
+    def strength(self, sigma_m: float) -> float:
+        """By how much the prior is multiplied."""
+        share = min((self.camera_m / sigma_m) ** 2, 1.0)
+        return share + (1.0 - share) * max(len(self.targets) / self.independent, 1.0)
+
+    def weighed(self, sigma_m: float) -> "_Weights":
+        """Return what the noise decides."""
+        strength = self.strength(sigma_m)
+        return _Weights(
+            marker=self.seen / sigma_m**2,
+            soft=(self.robust * sigma_m) ** -2,
+            prior=strength,
+            pose_prior=self.pose_prior.times(strength / len(self.targets)),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Weights:
+    """Weights of markers (T, M) [1/m^2], of the loss, and of both priors."""
+
+    marker: Floats
+    soft: float
+    prior: float
+    pose_prior: PosePrior
+
+
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """A hand to fit poses with.
+
+    Attributes
+    ----------
+    model : the hand with its markers.
+    sigma_m : [m] noise of a marker, each way.
+    soft : [1/m^2] the robust loss' constant.
+    pose_prior : what is expected of the pose of one frame.
+    """
+
+    model: Model
+    sigma_m: float
+    soft: float
+    pose_prior: PosePrior
+
+
+@dataclass(frozen=True, kw_only=True)
+class Adjusted:
+    """The outcome of a joint adjustment.
+
+    Attributes
+    ----------
+    shape : the hand; poses : (T, 7 + D).
+    known : the same hand, for fitting further poses.
+    covariance : (N, N) of the shape's numbers.
+    iterations : how many steps were tried.
+    """
+
+    shape: Shape
+    poses: Floats
+    known: Known
+    covariance: Floats
+    iterations: int
+
+
+def residuals(model: Model, poses: Floats, targets: Floats, seen: Bools) -> Floats:
+    """(T, M) [m] how far markers are from where the model puts them, NaN if unseen."""
+    distance = np.linalg.norm(targets - marker_positions(model, poses), axis=2)
+    return np.where(seen, distance, np.nan)
+
+
+def noise(distance: Floats, numbers: int) -> float:
+    """[m] noise of a marker, each way, from residuals left by ``numbers`` unknowns."""
+    seen = distance[np.isfinite(distance)]
+    measured = 3 * len(seen)
+    free = max(measured - numbers, 0.1 * measured)
+    middle = float(np.median(seen))
+    return max(middle / MEDIAN_OF_NORMS * math.sqrt(measured / free), LEAST_NOISE_M)
+
+
+def adjust(
+    problem: Problem,
+    shape: Shape,
+    poses: Floats,
+    sigma_m: float,
+    *,
+    final: bool = True,
+    iterations: int = 300,
+) -> Adjusted:
+    """Find the hand and its poses that explain the chosen frames best.
+
+    Parameters
+    ----------
+    shape, poses : where to start; (T, 7 + D).
+    sigma_m : [m] noise to start with; better too large.
+    final : whether to step until the hand stands still, not only the cost.
+    iterations : how many steps at most.
+    """
+    tried, settled = 0, False
+    numbers = pose_numbers(shape.model) * len(poses)
+    while not settled and tried < iterations:
+        weights = problem.weighed(sigma_m)
+        left = iterations - tried
+        shape, poses, used = _settle(problem, shape, poses, weights, left, 1e-4)
+        tried += used
+        left_over = residuals(shape.model, poses, problem.targets, problem.seen)
+        found = max(noise(left_over, numbers), problem.camera_m)
+        settled = 0.95 < found / sigma_m < 1.03
+        sigma_m = max(found, 0.3 * sigma_m)
+    weights = problem.weighed(sigma_m)
+    if final:
+        left = iterations - tried
+        shape, poses, used = _settle(problem, shape, poses, weights, left, 0.0)
+        tried += used
+    last = _equations(problem, shape, poses, weights, 0.0)
+    return Adjusted(
+        shape=shape,
+        poses=poses,
+        known=Known(
+            model=shape.model,
+            sigma_m=sigma_m,
+            soft=weights.soft,
+            pose_prior=weights.pose_prior,
+        ),
+        covariance=np.asarray(weights.prior * np.linalg.inv(last.schur), dtype=float),
+        iterations=tried,
+    )
+
+
+def _settle(
+    problem: Problem,
+    shape: Shape,
+    poses: Floats,
+    weights: _Weights,
+    iterations: int,
+    enough: float,
+) -> tuple[Shape, Floats, int]:
+    """Step until the cost falls by less than a part of it, or by next to nothing."""
+    cost = _cost(problem, shape, poses, weights)
+    damping, used, still = 1e-3, 0, False
+    while used < iterations and not still and damping < 1e6:
+        used += 1
+        equations = _equations(problem, shape, poses, weights, damping)
+        step = equations.solved(damping)
+        there = shape.stepped(step)
+        moved = equations.followed(poses, step)
+        after = _cost(problem, there, moved, weights)
+        if after <= cost:
+            still = cost - after < max(enough * cost, ENOUGH * weights.prior)
+            shape, poses, cost = there, moved, after
+            damping = max(0.2 * damping, 1e-8)
+        else:
+            damping *= 8.0
+    return shape, poses, used
+
+
+def _cost(problem: Problem, shape: Shape, poses: Floats, weights: _Weights) -> float:
+    body = weights.pose_prior.body(shape.model)
+    room, each = bundle.make_room(body), np.zeros(len(poses))
+    bundle.costs(poses, problem.targets, weights.marker, weights.soft, body, room, each)
+    errors, _ = prior(shape, problem.template, problem.expect)
+    return float(each.sum()) + weights.prior * float(errors @ errors)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Equations:
+    """The equations of one linearisation.
+
+    Attributes
+    ----------
+    lower, reduced, rest : of every frame, as `bundle.eliminate` writes them.
+    diagonal : (N,) of the shape's equations before the poses were eliminated.
+    schur, slope : (N, N), (N,) after.
+    """
+
+    lower: Floats
+    reduced: Floats
+    rest: Floats
+    diagonal: Floats
+    schur: Floats
+    slope: Floats
+
+    def solved(self, damping: float) -> Floats:
+        """(N,) the step of the shape."""
+        damped = self.schur + damping * np.diag(self.diagonal)
+        return np.asarray(np.linalg.solve(damped, self.slope), dtype=float)
+
+    def followed(self, poses: Floats, step: Floats) -> Floats:
+        """(T, 7 + D) the poses after the steps that go with a step of the shape."""
+        after = np.zeros(poses.shape)
+        bundle.follow(poses, self.lower, self.reduced, self.rest, step, after)
+        return after
+
+
+def _equations(
+    problem: Problem, shape: Shape, poses: Floats, weights: _Weights, damping: float
+) -> _Equations:
+    """Linearise and eliminate the poses; ``damping`` is theirs."""
+    body = weights.pose_prior.body(shape.model)
+    frames, size = len(poses), pose_numbers(shape.model)
+    errors, rows = prior(shape, problem.template, problem.expect)
+    numbers = rows.shape[1]
+    lower = np.zeros((frames, size, size))
+    reduced = np.zeros((frames, size, numbers))
+    rest = np.zeros((frames, size, 1))
+    square, slope = np.zeros((numbers, numbers)), np.zeros(numbers)
+    bundle.eliminate(
+        poses,
+        problem.targets,
+        weights.marker,
+        weights.soft,
+        damping,
+        body,
+        bundle.make_room(body),
+        lower,
+        reduced,
+        rest,
+        square,
+        slope,
+    )
+    square += weights.prior * rows.T @ rows
+    slope -= weights.prior * rows.T @ errors
+    flat = reduced.reshape(-1, numbers)
+    return _Equations(
+        lower=lower,
+        reduced=reduced,
+        rest=rest,
+        diagonal=np.diag(square).copy(),
+        schur=square - flat.T @ flat,
+        slope=slope - flat.T @ rest.ravel(),
+    )

@@ -1,0 +1,275 @@
+"""``calibrate-hand markers``: from labelled takes of one hand to its subject.
+
+1. Size and side of the hand from a few frames, against the template of either side.
+2. A first adjustment over frames spread evenly in time; with it the pose of every
+   candidate frame, and so which frames differ, and which samples are mislabelled.
+3. Frames are chosen far from each other and the hand adjusted, without the blocks of
+   time kept aside; these then measure the error.
+4. The same once more with all frames: that hand is the result. Its held-out error is
+   the one of step 3, which knew less.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handclean.arrays import Floats, Ints
+from handclean.errors import UsageError
+from handclean.hand.marker_set import MarkerSet
+from handclean.hand.model import Model, marker_positions, neutral_pose
+from handclean.hand.subject import Subject
+from handclean.hand.template import template
+from handclean.recording import Recording
+from handclean.subject import findings, judge
+from handclean.subject.adjust import Adjusted, Known, Problem, adjust, residuals
+from handclean.subject.findings import CalibrationReport
+from handclean.subject.frames import (
+    Frames,
+    camera_noise,
+    farthest,
+    gather,
+    kept_aside,
+    thinned,
+    usable,
+)
+from handclean.subject.judge import Fit, HeldOut
+from handclean.subject.settings import CalibrateConfig
+from handclean.subject.shape import SIZES, Expectation, Shape
+from handclean.subject.start import first_poses, guess, loose, scaled
+from handclean.tree import POSE_HEAD
+
+GUESS_FRAMES = 12
+"""Frames that size and side are guessed from."""
+
+CANDIDATES = 1200
+"""Frames that are looked at when frames are chosen, and when errors are measured."""
+
+START_M = 0.005
+"""[m] noise the first adjustment starts with: the template is not better than that."""
+
+
+def calibrate(
+    takes: Sequence[Recording],
+    marker_set: MarkerSet,
+    settings: CalibrateConfig,
+    *,
+    side: str = "",
+    name: str = "",
+) -> tuple[Subject, CalibrationReport]:
+    """Find the bone lengths, joint places, axes and marker places of one hand.
+
+    Parameters
+    ----------
+    takes : labelled takes of the same hand with the same markers.
+    marker_set : what the markers are called and about where they are.
+    side : "left" or "right"; "" for the marker set's.
+    name : whose hand it is.
+
+    Returns
+    -------
+    The subject, and figures and words on how good it is.
+
+    Raises
+    ------
+    UnknownNameError
+        If a take lacks a marker of the set.
+    UsageError
+        If the side is neither, or clearly not that of the hand measured, or the set is
+        not one for hands.
+    HandcleanError
+        If too few frames hold enough markers, or what they show is not of a hand's
+        size.
+    """
+    side = side or marker_set.side
+    if marker_set.kind != "hand" or side not in ("left", "right"):
+        what = marker_set.kind if marker_set.kind != "hand" else f"side '{side}'"
+        raise UsageError(
+            f"marker set {marker_set.name}: {what}; a hand, left or right, is needed"
+        )
+    every = gather(takes, marker_set.labels)
+    frames = usable(every)
+    first = guess(marker_set, frames.only(thinned(frames, GUESS_FRAMES)), side)
+    tree = template(side, forearm=marker_set.forearm, subject=name)
+    task = _Task(
+        template=scaled(marker_set.on(tree), first.size),
+        camera_m=camera_noise(every),
+        settings=settings,
+    )
+    aside = kept_aside(frames, settings.holdout, settings.block_s)
+    start = Shape(model=task.template, sizes=np.ones(SIZES))
+    learned = task.learn(frames.only(~aside), start)
+    judged = frames.only(aside)
+    heldout = judge.held_out(
+        learned.adjusted.known, judged.only(thinned(judged, CANDIDATES))
+    )
+    if aside.any():
+        learned = task.learn(frames, learned.adjusted.shape)
+    words = [
+        *findings.words_on_markers(
+            marker_set.labels, every, learned.candidates, learned.fit
+        ),
+        *findings.words_on_equations(frames, tree),
+        *findings.words_on_side(side, first.clear),
+    ]
+    counts = {"frames": len(every), "frames_usable": len(frames)}
+    report = task.report(learned, heldout, counts, words)
+    return _subject(learned, marker_set, report, name), report
+
+
+def measure(subject: Subject, takes: Sequence[Recording]) -> HeldOut:
+    """Measure the error of a calibrated hand on labelled takes.
+
+    Parameters
+    ----------
+    subject : as `calibrate` returned it; takes : of the same hand and markers.
+
+    Raises
+    ------
+    UnknownNameError
+        If a take lacks one of the subject's markers.
+    HandcleanError
+        If too few frames hold enough markers.
+    """
+    frames = usable(gather(takes, subject.model.labels))
+    expected = loose(subject.model).times(1.0 / CANDIDATES)
+    sigma_m = subject.errors["noise_m"]
+    known = Known(
+        model=subject.model,
+        sigma_m=sigma_m,
+        soft=(CalibrateConfig.robust * sigma_m) ** -2,
+        pose_prior=expected,
+    )
+    return judge.held_out(known, frames.only(thinned(frames, CANDIDATES)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Learned:
+    """A hand, the adjustment it comes from, and how it fits what frames there were."""
+
+    problem: Problem
+    adjusted: Adjusted
+    candidates: Frames
+    fit: Fit
+    iterations: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Task:
+    """What stays the same through a calibration."""
+
+    template: Model
+    camera_m: float
+    settings: CalibrateConfig
+
+    def problem(self, frames: Frames) -> Problem:
+        """Return the adjustment of the hand over these frames."""
+        return Problem(
+            template=self.template,
+            expect=Expectation(
+                length=self.settings.length,
+                place_m=self.settings.place_m,
+                tilt_rad=self.settings.tilt_rad,
+            ),
+            pose_prior=loose(self.template),
+            targets=frames.targets,
+            seen=frames.seen,
+            camera_m=self.camera_m,
+            independent=self.settings.independent,
+            robust=self.settings.robust,
+        )
+
+    def learn(self, frames: Frames, shape: Shape) -> _Learned:
+        """Choose frames and adjust the hand over them, starting from ``shape``."""
+        candidates = frames.only(thinned(frames, CANDIDATES))
+        some = candidates.only(thinned(candidates, self.settings.frames // 2))
+        poses, _ = first_poses(shape.model, some.targets, some.seen)
+        rough = adjust(self.problem(some), shape, poses, START_M, final=False)
+        poses = judge.fit(rough.known, candidates).poses
+        rows = self.spread(rough.shape.model, poses)
+        chosen = candidates.only(rows)
+        sigma_m = 2.0 * rough.known.sigma_m
+        final = adjust(self.problem(chosen), rough.shape, poses[rows], sigma_m)
+        return _Learned(
+            problem=self.problem(chosen),
+            adjusted=final,
+            candidates=candidates,
+            fit=judge.fit(final.known, candidates),
+            iterations=rough.iterations + final.iterations,
+        )
+
+    def spread(self, model: Model, poses: Floats) -> Ints:
+        """Rows of poses whose postures differ; the root's motion does not count."""
+        still = poses.copy()
+        still[:, :POSE_HEAD] = neutral_pose(model.tree)[:POSE_HEAD]
+        places = marker_positions(model, still).reshape(len(poses), -1)
+        places /= np.sqrt(len(model.labels))
+        return farthest(places, self.settings.frames, self.settings.novel_m)[0]
+
+    def report(
+        self,
+        learned: _Learned,
+        heldout: HeldOut,
+        counts: dict[str, int],
+        words: list[str],
+    ) -> CalibrationReport:
+        """Put figures and words together."""
+        adjusted, problem = learned.adjusted, learned.problem
+        model = adjusted.shape.model
+        went = judge.ranges(model, learned.fit, learned.candidates)
+        known = judge.learnt(problem, adjusted)
+        poorly, more = findings.words_on_joints(
+            model.tree, went, known, self.settings.moved_rad
+        )
+        found, sigma = judge.lengths(adjusted)
+        train = residuals(model, adjusted.poses, problem.targets, problem.seen)
+        by_marker = zip(model.labels, heldout.by_marker_m.tolist(), strict=True)
+        moved = np.nan_to_num(went[:, 1] - went[:, 0])
+        return CalibrationReport(
+            side=model.tree.side,
+            size=self.template.tree.scale * float(adjusted.shape.sizes[0]),
+            frames=counts["frames"],
+            frames_usable=counts["frames_usable"],
+            frames_used=len(adjusted.poses),
+            frames_held_out=heldout.frames,
+            train_rms_m=judge.rms(train),
+            heldout_rms_m=heldout.rms_m,
+            heldout_kept_rms_m=heldout.kept_rms_m,
+            heldout_by_marker_m=dict(by_marker),
+            doubtful=heldout.doubtful,
+            noise_m=adjusted.known.sigma_m,
+            camera_noise_m=self.camera_m,
+            lengths_m=found,
+            lengths_sigma_m=sigma,
+            moved_rad=dict(zip(model.tree.hinges, moved.tolist(), strict=True)),
+            poorly_moved=poorly,
+            iterations=learned.iterations,
+            warnings=(*more, *words),
+        )
+
+
+def _subject(
+    learned: _Learned, marker_set: MarkerSet, report: CalibrationReport, name: str
+) -> Subject:
+    """Make the subject that solvers use."""
+    model = learned.adjusted.shape.model
+    went = judge.ranges(model, learned.fit, learned.candidates)
+    limits = judge.widened(model.tree, went)
+    tree = replace(model.tree, limits=limits, scale=report.size, subject=name)
+    errors = {
+        "frames_used": float(report.frames_used),
+        "frames_held_out": float(report.frames_held_out),
+        "train_rms_m": report.train_rms_m,
+        "heldout_rms_m": report.heldout_rms_m,
+        "heldout_kept_rms_m": report.heldout_kept_rms_m,
+        "noise_m": report.noise_m,
+    }
+    for joint, sigma in report.lengths_sigma_m.items():
+        errors[f"{joint}_length_sigma_m"] = sigma
+    return Subject(
+        name=name,
+        model=replace(model, tree=tree),
+        marker_set=marker_set.name,
+        marker_sigma=np.array([judge.rms(column) for column in learned.fit.kept.T]),
+        errors=errors,
+    )

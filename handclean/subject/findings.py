@@ -1,0 +1,124 @@
+"""What a calibration found, as figures and as plain words."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.subject.frames import Frames
+from handclean.subject.judge import LITTLE_LEARNT, Fit
+from handclean.tree import ROOT_DOFS, JointTree
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationReport:
+    """Figures and plain words about a calibration.
+
+    Attributes
+    ----------
+    side : of the hand; size : its length against the template's.
+    frames : of all takes; frames_usable : with enough markers.
+    frames_used : the hand was learnt from; the others taught nothing new.
+    frames_held_out : frames the error was measured on, by a hand learnt from the rest.
+    train_rms_m : [m] root mean square distance of markers in the frames used.
+    heldout_rms_m : [m] in those held out, over every measured sample; NaN if none.
+    heldout_kept_rms_m : [m] the same without doubtful samples.
+    heldout_by_marker_m : [m] that per marker; NaN if never measured there.
+    doubtful : share of held-out samples that fit no posture (wrong labels, ghosts).
+    noise_m : [m] noise of a marker, each way, that the adjustment found.
+    camera_noise_m : [m] the part of it that changes from frame to frame.
+    lengths_m, lengths_sigma_m : [m] by joint: distance from the joint before it, and
+        how well that is known.
+    moved_rad : [rad] by hinge: its range; 0 if no marker beyond it was measured.
+    poorly_moved : hinges that moved too little.
+    iterations : steps of the last adjustments.
+    warnings : plain sentences.
+    """
+
+    side: str
+    size: float
+    frames: int
+    frames_usable: int
+    frames_used: int
+    frames_held_out: int
+    train_rms_m: float
+    heldout_rms_m: float
+    heldout_kept_rms_m: float
+    heldout_by_marker_m: Mapping[str, float]
+    doubtful: float
+    noise_m: float
+    camera_noise_m: float
+    lengths_m: Mapping[str, float]
+    lengths_sigma_m: Mapping[str, float]
+    moved_rad: Mapping[str, float]
+    poorly_moved: tuple[str, ...]
+    iterations: int
+    warnings: tuple[str, ...] = field(default=())
+
+
+def words_on_joints(
+    tree: JointTree, went: Floats, known: Floats, moved_rad: float
+) -> tuple[tuple[str, ...], list[str]]:
+    """Name the hinges that moved too little, with a sentence on each."""
+    names, words = [], []
+    for name, (low, high), part in zip(tree.hinges, went, known, strict=True):
+        if np.isfinite(low) and high - low >= moved_rad:
+            continue
+        names.append(name)
+        verb = "are" if part > LITTLE_LEARNT else "lean on"
+        if np.isfinite(low):
+            degrees = f"{np.degrees(high - low):.0f} degrees"
+            words.append(
+                f"{name} moved only {degrees}: its axis and place {verb} the template's"
+            )
+        else:
+            words.append(
+                f"{name}: no marker beyond it was measured: its axis and place {verb} "
+                "the template's"
+            )
+    return tuple(names), words
+
+
+def words_on_markers(
+    labels: tuple[str, ...], every: Frames, looked_at: Frames, fit: Fit
+) -> list[str]:
+    """Say which markers were never measured, and which labels are doubtful.
+
+    Parameters
+    ----------
+    every : all frames of the takes; looked_at : those that ``fit`` is of.
+    """
+    words = []
+    for m, label in enumerate(labels):
+        if not every.seen[:, m].any():
+            words.append(f"{label} was never measured: its place is the template's")
+        odd = np.flatnonzero(fit.doubtful[:, m])
+        if len(odd):
+            take, frame = looked_at.take[odd[0]], looked_at.frame[odd[0]]
+            where = f"frame {frame + 1}" + (f" of take {take + 1}" if take else "")
+            words.append(
+                f"{label} does not fit the other markers in {len(odd)} of "
+                f"{len(looked_at)} frames looked at, first in {where}: are it and its "
+                "neighbours labelled right?"
+            )
+    return words
+
+
+def words_on_equations(frames: Frames, tree: JointTree) -> list[str]:
+    """Say when there are too few markers to decide a posture."""
+    numbers = ROOT_DOFS + len(tree.hinges)
+    measured = float(np.median(frames.seen.sum(axis=1)))
+    if 3 * measured >= numbers:
+        return []
+    return [
+        f"{measured:.0f} markers cannot decide the {numbers} numbers of a pose: "
+        "lengths and places lean on the template's"
+    ]
+
+
+def words_on_side(side: str, clear: bool) -> list[str]:
+    """Say when markers do not tell a left hand from a right one."""
+    if clear:
+        return []
+    return [f"the other hand would fit about as well: make sure it is a {side} one"]
