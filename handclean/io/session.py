@@ -4,7 +4,6 @@ Part for part what `handclean.recording` holds; see interface.md for the table. 
 arrays of a motion or of markers that a take does not have are not in the file either.
 """
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 from handclean.errors import FileError, HandcleanError
 from handclean.io.h5 import read_h5, write_h5
 from handclean.io.parts import Array, Part, tree_from, tree_part
+from handclean.io.provenance import provenance_from, provenance_item
 from handclean.recording import (
     Analog,
     Event,
@@ -76,9 +76,7 @@ def _session_part(recording: Recording) -> Part:
         items["parameters"] = dict(recording.parameters)
     if recording.source_events:
         items["source_events"] = _source_events_part(recording.source_events)
-    if recording.provenance:
-        steps = [json.dumps(e, ensure_ascii=False) for e in recording.provenance]
-        items["provenance"] = steps
+    items.update(provenance_item(recording.provenance))
     return Part(attrs, items)
 
 
@@ -195,7 +193,7 @@ def read_session(path: Path) -> Recording:
             analog=_analog(root.part("analog"), frames),
             parameters=_parameters(root),
             source_events=_source_events(root.part("source_events")),
-            provenance=_provenance(root),
+            provenance=provenance_from(root),
         )
     except FileError:
         raise
@@ -308,16 +306,3 @@ def _parameters(root: Part) -> Mapping[str, Any]:
     if not isinstance(found, dict):
         raise root.fail("parameters should be a group of kind 'dict'")
     return found
-
-
-def _provenance(root: Part) -> tuple[Mapping[str, Any], ...]:
-    entries = []
-    for text in root.texts("provenance") if root.has("provenance") else ():
-        try:
-            entry = json.loads(text)
-        except (ValueError, RecursionError):
-            entry = None
-        if not isinstance(entry, dict):
-            raise root.fail("provenance holds an entry that is no JSON object")
-        entries.append(entry)
-    return tuple(entries)
