@@ -22,42 +22,17 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.hand.model import marker_positions
-from handclean.ik.frames import settle
 from handclean.ik.settings import SolveConfig
 from handclean.kernels import jit
 from handclean.kernels.align import align
-from handclean.kernels.chain import place_links, place_points
-from handclean.kernels.gauss_newton import Chain, Work, make_work, misfit, undecided
+from handclean.kernels.gauss_newton import misfit
 from handclean.kernels.rotations import matrix_from_quaternion
+from handclean.labels.bend import bend, distances, narrow, target_of
 from handclean.labels.clusters import candidates
+from handclean.labels.corrections import exchange, reach_out
+from handclean.labels.kit import Kit, Rules, State, kit_of, new_state
 from handclean.labels.models import Sought, scaled
 from handclean.numerics.assignment import assign_rows
-
-
-@jit
-def distances(places: Floats, points: Floats, gate: float, cost: Floats) -> None:
-    """Write squared distances (M, P), inf beyond the gate."""
-    for m in range(places.shape[0]):
-        x, y, z = places[m, 0], places[m, 1], places[m, 2]
-        for p in range(points.shape[0]):
-            a, b, c = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
-            d = a * a + b * b + c * c
-            cost[m, p] = d if d <= gate * gate else math.inf
-
-
-@jit
-def target_of(points: Floats, chosen: Ints, target: Floats, weight: Floats) -> int:
-    """Write each row's point and weight 1, or weight 0; return how many have one."""
-    count = 0
-    for m in range(chosen.shape[0]):
-        if chosen[m] >= 0:
-            target[m] = points[chosen[m]]
-            weight[m] = 1.0
-            count += 1
-        else:
-            target[m] = 0.0
-            weight[m] = 0.0
-    return count
 
 
 @jit
@@ -118,81 +93,6 @@ def lay_rigidly(
             align(shape, target, weight, pose)
             matrix_from_quaternion(pose[3:7], matrix)
         poses[r] = pose
-
-
-@jit
-def fit(
-    pose: Floats,
-    points: Floats,
-    tree: Chain,
-    k: Work,
-    mean: Floats,
-    basis: Floats,
-    gates: tuple[float, float],
-    numbers: tuple[float, float, float],
-    lever_m: float,
-    rounds: int,
-    chosen: Ints,
-) -> tuple[float, int, float]:
-    """Assign and bend in turns until the assignment stands.
-
-    Parameters
-    ----------
-    pose : (7 + D,) start, overwritten.
-    gates : [m] the gate at the start and at the end.
-    numbers : damping, enough_m, prior_m; lever_m : see `undecided`.
-    rounds : turns at most.
-    chosen : (M,) the point of each marker or -1, overwritten in full.
-
-    Returns
-    -------
-    [m] mean distance of the assigned; how many they are; [m] their RMS distance.
-    """
-    markers, count = chosen.shape[0], points.shape[0]
-    places, target = np.zeros((markers, 3)), np.zeros((markers, 3))
-    weight, price = np.zeros(markers), np.zeros(markers)
-    cost = np.zeros((markers, count))
-    before = np.full(markers, -2)
-    hinges = mean.shape[0]
-    is_open = np.zeros(hinges, dtype=np.bool_)
-    rest, anchor = np.zeros(hinges), np.zeros(hinges)
-    gate, found = gates[0], 0
-    for turn in range(rounds):
-        place_links(
-            pose, tree.parent, tree.offset, tree.axis, k.turn, k.origin, k.column
-        )
-        place_points(k.turn, k.origin, tree.link, tree.at, places)
-        for m in range(markers):
-            for n in range(3):
-                places[m, n] += pose[n]
-        distances(places, points, gate, cost)
-        price[:] = gate * gate
-        assign_rows(cost, price, chosen)
-        found = target_of(points, chosen, target, weight)
-        same = True
-        for m in range(markers):
-            same = same and chosen[m] == before[m]
-            before[m] = chosen[m]
-        if found < 4 or (same and gate <= gates[1]):
-            break
-        gate = max(0.75 * gate, gates[1])
-        level = undecided(pose, target, weight, tree, k, numbers[0], lever_m, is_open)
-        if turn < 4:
-            level = max(level, 1)
-        settle(
-            pose, target, weight, tree, k, mean, basis, is_open, level, rest, anchor,
-            numbers, 8,
-        )  # fmt: skip
-    if found < 3:
-        return math.inf, found, math.inf
-    square = misfit(pose, target, weight, tree, k)
-    total = 0.0
-    for m in range(markers):
-        if weight[m] > 0.0:
-            total += math.sqrt(
-                k.error[m, 0] ** 2 + k.error[m, 1] ** 2 + k.error[m, 2] ** 2
-            )
-    return total / found, found, math.sqrt(square / found)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -263,12 +163,19 @@ def spread_rotations(count: int) -> Floats:
 GATES = (0.06, 0.035)
 """[m] how far a marker may be from its point when laid stiffly, and when bent."""
 
+REACH = 0.1
+"""[m] how far a finger may be from its points when the rest of the hand stands."""
+
+FINALISTS = 5
+"""How many of the bent alignments are worth a closer look."""
+
 
 def search(
     points: Floats,
     thing: Sought,
     frame: int,
     *,
+    rules: Rules,
     alpha: float,
     solving: SolveConfig,
     postures: int,
@@ -290,38 +197,54 @@ def search(
     -------
     The ways found, no two with the same assignment, the best first.
     """
-    markers = len(thing.model.labels)
     starts = _stiff(points, thing, postures, rotations)
     starts.sort(key=lambda start: start[0])
-    work = make_work(len(thing.mean), markers, thing.basis.shape[1])
-    numbers = (solving.damping, solving.enough_m, solving.prior_m)
-    found: dict[bytes, Found] = {}
+    bent: dict[bytes, _Bent] = {}
     for _, pose, sized in starts[:keep]:
-        chosen = np.full(markers, -1)
-        last = max(8e-3, 3.0 * float(sized.sigma.max()))
-        distance, count, left = fit(
-            pose,
-            points,
-            sized.chain,
-            work,
-            sized.mean,
-            sized.basis,
-            (max(GATES[1], last), last),
-            numbers,
-            solving.lever_m,
-            25,
-            chosen,
-        )
-        if count < 4:
-            continue
-        score = distance / sized.spacing + alpha * (1.0 - count / markers)
-        one = Found(
-            thing=sized, frame=frame, pose=pose, chosen=chosen, score=score, rms=left
-        )
-        same = found.get(chosen.tobytes())
-        if same is None or score < same.score:
-            found[chosen.tobytes()] = one
-    return sorted(found.values(), key=lambda one: one.score)
+        kit = kit_of(sized, rules, solving)
+        state = new_state(len(thing.sigma), len(thing.mean))
+        least = narrow(kit)
+        cost = bend(pose, points, state, kit, kit.basis, max(GATES[1], least), least)
+        same = bent.get(state.chosen.tobytes())
+        if np.isfinite(cost) and (same is None or cost < same.cost):
+            bent[state.chosen.tobytes()] = _Bent(cost, pose, state, kit, sized)
+    best = sorted(bent.values(), key=lambda one: one.cost)[:FINALISTS]
+    ways: dict[bytes, Found] = {}
+    for one in best:
+        way = _finished(points, one, frame, alpha)
+        ways.setdefault(way.chosen.tobytes(), way)
+    return sorted(ways.values(), key=lambda way: way.score)
+
+
+@dataclass(frozen=True)
+class _Bent:
+    """A model bent onto points, and what that is worth."""
+
+    cost: float
+    pose: Floats
+    state: State
+    kit: Kit
+    thing: Sought
+
+
+def _finished(points: Floats, one: _Bent, frame: int, alpha: float) -> Found:
+    """Reach out for points left over, exchange fingers, and score (eq. 2)."""
+    kit, state, pose = one.kit, one.state, one.pose
+    target_of(points, state.chosen, state.target, state.weight)
+    cost = reach_out(pose, points, state, kit, REACH, one.cost)
+    exchange(pose, points, state, kit, cost)
+    misfit(pose, state.target, state.weight, kit.tree, kit.k)
+    has = state.chosen >= 0
+    away = np.linalg.norm(kit.k.error[has], axis=1)
+    score = away.mean() / one.thing.spacing + alpha * (1.0 - has.mean())
+    return Found(
+        thing=one.thing,
+        frame=frame,
+        pose=pose,
+        chosen=state.chosen.copy(),
+        score=float(score),
+        rms=float(np.sqrt(np.mean(away**2))),
+    )
 
 
 def _stiff(

@@ -5,26 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handclean.arrays import Bytes, Floats32, Ints
+from handclean.arrays import Bytes, Floats32
 from handclean.errors import HandcleanError
 from handclean.hand.subject import Subject
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
-from handclean.kernels.gauss_newton import make_work
-from handclean.labels.align import Found, search
-from handclean.labels.ghosts import usual
-from handclean.labels.models import Sought, sought
+from handclean.labels.align import Found
+from handclean.labels.kit import REFUSED, Trace, rules_of
+from handclean.labels.models import sought
 from handclean.labels.points import Cloud, cloud_of
+from handclean.labels.pursue import first_fit, pursue
 from handclean.labels.settings import LabelConfig
-from handclean.labels.track import (
-    REFUSED,
-    UNIT,
-    Book,
-    Rules,
-    Trace,
-    follow,
-    make_trace,
-)
 from handclean.recording import (
     Event,
     Origin,
@@ -32,9 +23,6 @@ from handclean.recording import (
     Trajectories,
     motion_from_poses,
 )
-
-HAND_VOLUME = 8e-3
-"""[m^3] a cube the length of a hand."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,36 +51,6 @@ class LabelFigures:
     mean_confidence: float
 
 
-def rules_of(
-    settings: LabelConfig, solving: SolveConfig, thing: Sought, rate: float
-) -> Rules:
-    """Return the tracker's numbers for a frame rate [Hz]."""
-    ghosts = settings.ghosts_per_hand / HAND_VOLUME
-    volume = (2.0 * math.pi) ** 1.5 * UNIT**3
-    fall = 0.25 * settings.acceleration_m_s2 / rate**2
-    return Rules(
-        seen_price=2.0 * math.log(99.0 / (ghosts * volume)),
-        gone_price=2.0 * math.log(0.03 / (ghosts * volume)),
-        floor=math.hypot(2e-4, fall),
-        drift=settings.drift_m_s / rate,
-        reach=settings.reach_m,
-        strict=settings.strict,
-        small=settings.small_m,
-        lever=solving.lever_m,
-    )
-
-
-def new_book(thing: Sought, rules: Rules, gone: Ints) -> Book:
-    """Return the state of the markers at the start."""
-    markers = len(thing.sigma)
-    return Book(
-        bias=np.zeros((markers, 3)),
-        surprise=(thing.sigma**2 / 3.0 + (2.0 * rules.floor) ** 2 + 1e-6),
-        gone=gone.astype(np.int64),
-        usual=usual(thing.sigma),
-    )
-
-
 def label(
     recording: Recording,
     subject: Subject,
@@ -118,93 +76,16 @@ def label(
     settings, solving = settings or LabelConfig(), SolveConfig()
     cloud = cloud_of(recording)
     thing = sought(subject, prior, name)
-    found = first_fit(cloud, thing, settings, solving)
+    rules = rules_of(settings, solving, recording.rate)
+    found = first_fit(cloud, thing, rules, settings, solving)
     if found is None:
         raise HandcleanError(
             f"take: the hand of '{subject.name}' is in none of its frames; "
             f"at least {max(4, len(thing.sigma) // 2)} of its {len(thing.sigma)} "
             "markers should be in view at once"
         )
-    trace = track(cloud, found, settings, solving, recording.rate)
+    trace = pursue(cloud, found, rules, settings, solving)
     return _result(recording, cloud, found, trace)
-
-
-def first_fit(
-    cloud: Cloud, thing: Sought, settings: LabelConfig, solving: SolveConfig
-) -> Found | None:
-    """Find the model in the best of the early, full frames."""
-    counts = np.diff(cloud.start)
-    markers = len(thing.sigma)
-    if cloud.frames == 0 or counts.max() < max(4, markers // 2):
-        return None
-    full = min(markers, int(np.percentile(counts, 90)))
-    rows = np.flatnonzero(counts >= full)
-    if len(rows) == 0:
-        rows = np.flatnonzero(counts >= max(4, markers // 2))
-    picked = np.unique(
-        rows[np.linspace(0, len(rows) - 1, settings.start_frames).astype(int)]
-    )
-    best: Found | None = None
-    for postures, rotations, keep in ((4, 0, 8), (len(thing.starts), 30, 30)):
-        for frame in picked:
-            points = cloud.at[cloud.start[frame] : cloud.start[frame + 1]]
-            ways = search(
-                points,
-                thing,
-                int(frame),
-                alpha=settings.alpha,
-                solving=solving,
-                postures=postures,
-                rotations=rotations,
-                keep=keep,
-            )
-            if ways and (best is None or ways[0].score < best.score):
-                best = ways[0]
-            if best is not None and _good(best):
-                return best
-    return best
-
-
-def _good(one: Found) -> bool:
-    """Whether a fit is as close as the model promises, with hardly a marker missing."""
-    usual_rms = float(np.sqrt(np.mean(one.thing.sigma**2)))
-    missing = float(np.mean(one.chosen < 0))
-    return one.rms < 1.5 * usual_rms and missing <= 0.1
-
-
-def track(
-    cloud: Cloud,
-    found: Found,
-    settings: LabelConfig,
-    solving: SolveConfig,
-    rate: float,
-) -> Trace:
-    """Follow a model from where it was found to both ends of the take."""
-    thing = found.thing
-    markers, hinges = len(thing.sigma), len(thing.mean)
-    rules = rules_of(settings, solving, thing, rate)
-    trace = make_trace(cloud.frames, markers, hinges)
-    work = make_work(hinges, markers, thing.basis.shape[1])
-    numbers = (solving.damping, solving.enough_m, solving.prior_m)
-    gone = (found.chosen < 0).astype(np.int64)
-    for stop, by in ((cloud.frames, 1), (-1, -1)):
-        follow(
-            cloud.at,
-            cloud.start,
-            found.frame,
-            stop,
-            by,
-            found.pose,
-            thing.chain,
-            work,
-            thing.mean,
-            thing.basis,
-            numbers,
-            rules,
-            new_book(thing, rules, gone),
-            trace,
-        )
-    return trace
 
 
 def _result(

@@ -1,0 +1,240 @@
+"""What the compiled labelling functions share: constants, state, what is written."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from handclean.arrays import Bools, Bytes, Floats, Floats32, Ints
+from handclean.ik.settings import SolveConfig
+from handclean.kernels import jit
+from handclean.kernels.chain import place_links, place_points
+from handclean.kernels.gauss_newton import Chain, Work, make_work
+from handclean.labels.ghosts import Usual, usual
+from handclean.labels.models import Sought
+from handclean.labels.settings import LabelConfig
+
+UNIT = 1e-3
+"""[m] prediction error at which the logarithm in the cost is zero."""
+
+HAND_VOLUME = 8e-3
+"""[m^3] a cube the length of a hand."""
+
+ABSENT, FOLLOWED, RETURNED, REFUSED = 0, 1, 2, 3
+"""What became of a marker in a frame."""
+
+
+class Rules(NamedTuple):
+    """Numbers of the tracker; see `LabelConfig`.
+
+    seen_price, gone_price : price of "no match" of a marker seen, not seen, before.
+    floor : [m] least prediction error; drift : [m] growth per frame out of sight;
+    reach : [m]; strict, small : of the threshold; lever : [m], see `undecided`;
+    patience : frames without enough markers after which the model is lost.
+    """
+
+    seen_price: float
+    gone_price: float
+    floor: float
+    drift: float
+    reach: float
+    strict: float
+    small: float
+    lever: float
+    patience: float
+
+
+class Kit(NamedTuple):
+    """What does not change while a model is followed, and the kernels' room.
+
+    tree, k, numbers (damping, enough_m, prior_m) : of the kernels; mean, basis : the
+    posture prior, none (D, 0) no prior; variance (M,) [m^2] of the distances, RMS
+    squared; branch, rank (M,) : which finger, and how many of its markers lie further
+    out.
+    """
+
+    tree: Chain
+    k: Work
+    mean: Floats
+    basis: Floats
+    none: Floats
+    numbers: tuple[float, float, float]
+    rules: Rules
+    variance: Floats
+    branch: Ints
+    rank: Ints
+
+
+class Book(NamedTuple):
+    """What is known of the markers while they are followed.
+
+    bias (M, 3) [m] beside the model, in the link's frame; surprise (M,) [m^2] variance
+    of the prediction error per axis; gone (M,) frames out of sight; usual : distances.
+    """
+
+    bias: Floats
+    surprise: Floats
+    gone: Ints
+    usual: Usual
+
+
+class State(NamedTuple):
+    """The frame at hand.
+
+    pose, last, velocity, attempt (7 + D,); places, target (M, 3); weight, s2, price,
+    there (M,); chosen, trial (M,); frozen, is_open (D,); rest, anchor (D,); sure (M,);
+    tally (3,) level of `undecided`, frames with too little, markers kept; gain (3,).
+    """
+
+    pose: Floats
+    last: Floats
+    velocity: Floats
+    attempt: Floats
+    places: Floats
+    target: Floats
+    weight: Floats
+    s2: Floats
+    price: Floats
+    there: Floats
+    chosen: Ints
+    trial: Ints
+    frozen: Bools
+    is_open: Bools
+    rest: Floats
+    anchor: Floats
+    sure: Floats32
+    tally: Ints
+    gain: Floats
+
+
+class Trace(NamedTuple):
+    """What the tracker found, one row per frame of the take.
+
+    pose (T, 7 + D); chosen (T, M) row of the cloud or -1; sure (T, M) probability that
+    the label is right; fate (T, M) `ABSENT`...; cost (T,) see `worth`; rms (T,) [m];
+    known (T,) whether it was followed.
+    """
+
+    pose: Floats
+    chosen: Ints
+    sure: Floats32
+    fate: Bytes
+    cost: Floats
+    rms: Floats
+    known: Bools
+
+
+def rules_of(settings: LabelConfig, solving: SolveConfig, rate: float) -> Rules:
+    """Return the tracker's numbers for a frame rate [Hz]."""
+    ghosts = settings.ghosts_per_hand / HAND_VOLUME
+    volume = (2.0 * math.pi) ** 1.5 * UNIT**3
+    fall = 0.25 * settings.acceleration_m_s2 / rate**2
+    return Rules(
+        seen_price=2.0 * math.log(99.0 / (ghosts * volume)),
+        gone_price=2.0 * math.log(0.03 / (ghosts * volume)),
+        floor=math.hypot(2e-4, fall),
+        drift=settings.drift_m_s / rate,
+        reach=settings.reach_m,
+        strict=settings.strict,
+        small=settings.small_m,
+        lever=solving.lever_m,
+        patience=0.25 * rate,
+    )
+
+
+def kit_of(thing: Sought, rules: Rules, solving: SolveConfig) -> Kit:
+    """Return a model with its numbers and room."""
+    markers, hinges = len(thing.sigma), len(thing.mean)
+    branch, rank = _branches(thing)
+    return Kit(
+        tree=thing.chain,
+        k=make_work(hinges, markers, thing.basis.shape[1]),
+        mean=thing.mean,
+        basis=thing.basis,
+        none=np.zeros((hinges, 0)),
+        numbers=(solving.damping, solving.enough_m, solving.prior_m),
+        rules=rules,
+        variance=thing.sigma**2 + 0.25 * rules.small**2,
+        branch=branch,
+        rank=rank,
+    )
+
+
+def _branches(thing: Sought) -> tuple[Ints, Ints]:
+    """(M,) branch of the root each marker is on, 0 none; (M,) rank from its tip."""
+    chain = thing.chain
+    branch = np.zeros(len(chain.link), dtype=np.int64)
+    depth = np.zeros(len(chain.link))
+    for m, link in enumerate(chain.link):
+        up = int(link)
+        depth[m] = 1e-3 * np.linalg.norm(chain.at[m])
+        while up > 0:
+            branch[m] = up
+            depth[m] += 1.0
+            up = int(chain.parent[up])
+    roots = {link: n for n, link in enumerate(np.unique(branch[branch > 0]), 1)}
+    branch = np.array([roots.get(link, 0) for link in branch], dtype=np.int64)
+    rank = np.zeros(len(branch), dtype=np.int64)
+    for one in roots.values():
+        rows = np.flatnonzero(branch == one)
+        rank[rows[np.argsort(-depth[rows], kind="stable")]] = np.arange(len(rows))
+    return branch, rank
+
+
+def new_book(thing: Sought, rules: Rules, gone: Ints) -> Book:
+    """Return the state of the markers at the start."""
+    return Book(
+        bias=np.zeros((len(thing.sigma), 3)),
+        surprise=thing.sigma**2 / 3.0 + (2.0 * rules.floor) ** 2 + 1e-6,
+        gone=gone.astype(np.int64),
+        usual=usual(thing.sigma),
+    )
+
+
+def new_state(markers: int, hinges: int) -> State:
+    """Room for a frame."""
+    return State(
+        pose=np.zeros(7 + hinges),
+        last=np.zeros(7 + hinges),
+        velocity=np.zeros(7 + hinges),
+        attempt=np.zeros(7 + hinges),
+        places=np.zeros((markers, 3)),
+        target=np.zeros((markers, 3)),
+        weight=np.zeros(markers),
+        s2=np.zeros(markers),
+        price=np.zeros(markers),
+        there=np.full(markers, -1.0),
+        chosen=np.zeros(markers, dtype=np.int64),
+        trial=np.zeros(markers, dtype=np.int64),
+        frozen=np.zeros(hinges, dtype=np.bool_),
+        is_open=np.zeros(hinges, dtype=np.bool_),
+        rest=np.zeros(hinges),
+        anchor=np.zeros(hinges),
+        sure=np.zeros(markers, dtype=np.float32),
+        tally=np.array([2, 0, 0]),
+        gain=np.array([0.0, 0.0, 1.0]),
+    )
+
+
+def make_trace(frames: int, markers: int, hinges: int) -> Trace:
+    """Room for a take."""
+    return Trace(
+        pose=np.zeros((frames, 7 + hinges)),
+        chosen=np.full((frames, markers), -1),
+        sure=np.zeros((frames, markers), dtype=np.float32),
+        fate=np.zeros((frames, markers), dtype=np.uint8),
+        cost=np.full(frames, np.inf),
+        rms=np.full(frames, np.nan),
+        known=np.zeros(frames, dtype=bool),
+    )
+
+
+@jit
+def put(pose: Floats, kit: Kit, places: Floats) -> None:
+    """Write where (M, 3) [m] a pose puts the markers; leaves the links in the room."""
+    tree, k = kit.tree, kit.k
+    place_links(pose, tree.parent, tree.offset, tree.axis, k.turn, k.origin, k.column)
+    place_points(k.turn, k.origin, tree.link, tree.at, places)
+    for m in range(places.shape[0]):
+        for n in range(3):
+            places[m, n] += pose[n]

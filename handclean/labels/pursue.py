@@ -1,0 +1,133 @@
+"""A model through a whole take: found, followed both ways, found again when lost."""
+
+import numpy as np
+
+from handclean.ik.settings import SolveConfig
+from handclean.labels.align import Found, search
+from handclean.labels.kit import (
+    Kit,
+    Rules,
+    Trace,
+    kit_of,
+    make_trace,
+    new_book,
+    new_state,
+)
+from handclean.labels.models import Sought
+from handclean.labels.points import Cloud
+from handclean.labels.settings import LabelConfig
+from handclean.labels.track import follow
+
+EFFORTS = ((4, 0, 8), (36, 30, 30))
+"""Postures, orientations, and how many of them are bent: at first, and when needed."""
+
+
+def first_fit(
+    cloud: Cloud,
+    thing: Sought,
+    rules: Rules,
+    settings: LabelConfig,
+    solving: SolveConfig,
+) -> Found | None:
+    """Find the model in the best of the early, full frames."""
+    counts = np.diff(cloud.start)
+    least = max(4, len(thing.sigma) // 2)
+    if cloud.frames == 0 or counts.max() < least:
+        return None
+    full = min(len(thing.sigma), int(np.percentile(counts, 90)))
+    rows = np.flatnonzero(counts >= max(full, least))
+    if len(rows) == 0:
+        rows = np.flatnonzero(counts >= least)
+    spread = np.linspace(0, len(rows) - 1, settings.start_frames).astype(int)
+    best: Found | None = None
+    for effort in EFFORTS:
+        for frame in np.unique(rows[spread]):
+            one = find(cloud, thing, int(frame), rules, settings, solving, effort)
+            if one is not None and (best is None or one.score < best.score):
+                best = one
+            if best is not None and good(best):
+                return best
+    return best
+
+
+def find(
+    cloud: Cloud,
+    thing: Sought,
+    frame: int,
+    rules: Rules,
+    settings: LabelConfig,
+    solving: SolveConfig,
+    effort: tuple[int, int, int],
+) -> Found | None:
+    """Find the model in one frame, without knowing anything."""
+    ways = search(
+        cloud.at[cloud.start[frame] : cloud.start[frame + 1]],
+        thing,
+        frame,
+        rules=rules,
+        alpha=settings.alpha,
+        solving=solving,
+        postures=min(effort[0], len(thing.starts)),
+        rotations=effort[1],
+        keep=effort[2],
+    )
+    return ways[0] if ways else None
+
+
+def good(one: Found) -> bool:
+    """Whether a fit is as close as the model promises, with hardly a marker missing."""
+    usual = float(np.sqrt(np.mean(one.thing.sigma**2)))
+    return one.rms < 1.25 * usual + 3e-4 and float(np.mean(one.chosen < 0)) <= 0.1
+
+
+def pursue(
+    cloud: Cloud,
+    found: Found,
+    rules: Rules,
+    settings: LabelConfig,
+    solving: SolveConfig,
+) -> Trace:
+    """Follow a model from where it was found to both ends of the take."""
+    thing = found.thing
+    most = max(int(rules.patience), 1)
+    kit = kit_of(thing, rules, solving)
+    trace = make_trace(cloud.frames, len(thing.sigma), len(thing.mean))
+    for stop, by in ((cloud.frames, 1), (-1, -1)):
+        here: Found | None = found
+        first, stride = found.frame, 1
+        while first != stop:
+            if here is not None:
+                lost = _run(cloud, here, kit, rules, first, stop, by, trace)
+                first = lost if lost != first else first + by
+                here = None
+                if first == stop:
+                    break
+            points = cloud.start[first + 1] - cloud.start[first]
+            if points >= max(4, len(thing.sigma) // 2):
+                here = find(cloud, thing, first, rules, settings, solving, EFFORTS[1])
+            if here is not None and not good(here):
+                here = None
+            if here is None:
+                stride = min(stride + 1, most)
+                first = min(first + stride, stop) if by > 0 else max(first - stride, -1)
+            else:
+                stride = 1
+    return trace
+
+
+def _run(
+    cloud: Cloud,
+    found: Found,
+    kit: Kit,
+    rules: Rules,
+    first: int,
+    stop: int,
+    by: int,
+    trace: Trace,
+) -> int:
+    """Follow a model from one find until it is lost; return where."""
+    thing = found.thing
+    state = new_state(len(thing.sigma), len(thing.mean))
+    state.pose[:] = found.pose
+    book = new_book(thing, rules, (found.chosen < 0).astype(np.int64))
+    return int(follow(cloud.at, cloud.start, first, stop, by, state, book, kit, trace))
