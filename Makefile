@@ -32,6 +32,23 @@ slow: $(READY) ## the tests that take minutes
 bench: $(READY) ## time it; writes tests/bench/RESULTS.md
 	$(RUN) tests/bench/run.py
 
+demo: $(READY) ## clean the sample sessions and say what came out
+	$(RUN) -m handclean warm
+	@for subject in sample_sessions/*.subject.h5; do \
+		person=$${subject##*/}; person=$${person%.subject.h5}; \
+		for truth in sample_sessions/"$$person"_*.truth.h5; do \
+			take=$${truth##*/}; take=$${take%.truth.h5}; \
+			$(RUN) -m handclean clean "sample_sessions/$$take.c3d" \
+				-o "demo_out/$$take.h5" --subject "$$subject" || exit; \
+		done; \
+	done
+
+samples: $(READY) ## make sample_sessions/ anew
+	$(RUN) -m handclean.pipeline.samples sample_sessions
+
+data: $(READY) ## make what ships in handclean/data/ anew
+	$(RUN) -m handclean.pipeline.shipped handclean/data
+
 configs: $(READY) ## write configs/default.toml from the settings classes
 	mkdir -p configs
 	$(RUN) -m handclean.cli.tables configs/default.toml

@@ -16,5 +16,4 @@ def command(batch: Batch) -> int:
     Example:
         handclean convert take_07.c3d -o take_07.h5
     """
-    work = Work(command="convert", seed=batch.seed, overwrite=batch.overwrite)
-    return many.run(work, batch)
+    return many.run(Work.of("convert", batch), batch)

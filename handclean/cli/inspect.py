@@ -18,4 +18,4 @@ def command(batch: Batch) -> int:
     Example:
         handclean inspect take_07.c3d
     """
-    return many.run(Work(command="inspect"), batch, suffixes=())
+    return many.run(Work.of("inspect", batch), batch, suffixes=())

@@ -19,13 +19,24 @@ from handclean.pipeline import interrupts
 from handclean.pipeline.interrupts import Interrupted
 
 COMMANDS = {
-    "convert": "Convert takes from any format into any other.",
     "inspect": "Say what is in a file and what is odd about it.",
+    "clean": "Label, fill gaps and solve unlabelled takes in one pass.",
+    "label": "Name the markers of unlabelled takes.",
+    "fill-gaps": "Fill short gaps in marker trajectories.",
+    "solve": "Find the joint angles of labelled takes.",
+    "calibrate-hand markers": "Learn a hand and its markers from labelled "
+    "range-of-motion takes.",
+    "learn subspace": "Learn a posture prior from joint angles.",
+    "simulate": "Make takes with known truth.",
+    "convert": "Convert takes from any format into any other.",
     "warm": "Compile and cache the kernels, once per installation.",
 }
 """Commands with their first line of help; "group name" is a command of a group."""
 
-GROUPS: dict[str, str] = {}
+GROUPS = {
+    "calibrate-hand": "Learn a hand from what was measured of it.",
+    "learn": "Learn from takes what others are solved with.",
+}
 """Groups of commands with their help."""
 
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")

@@ -8,7 +8,7 @@ configuration file and options together, and hands the command the settings.
 import functools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +158,13 @@ config_path = click.option(
     help="Settings; a table for each command.",
 )
 
+prior = click.option(
+    "--prior",
+    type=PATH,
+    metavar="FILE",
+    help="Posture prior.  [default: the one that ships]",
+)
+
 SOURCES = (inputs, manifest, rate, unit, lenient)
 OUTPUT = (output, file_format, overwrite, seed)
 ONE_OUTPUT = (output, overwrite, seed)
@@ -180,6 +187,12 @@ def batch(*groups: Sequence[Decorator]) -> Decorator:
         return _add(wrapper, [option for group in groups for option in group])
 
     return decorate
+
+
+def with_files(batch: Batch, **given: Path | None) -> Batch:
+    """Add further files that the step reads, by what they are."""
+    files = {role: path for role, path in given.items() if path is not None}
+    return replace(batch, files={**batch.files, **files})
 
 
 def settings(

@@ -10,7 +10,12 @@ from pathlib import Path
 from handclean import config
 
 TABLES: dict[str, str] = {
+    "label": "handclean.labels.settings:LabelConfig",
+    "fill-gaps": "handclean.gaps.settings:FillConfig",
     "solve": "handclean.ik.settings:SolveConfig",
+    "calibrate-hand-markers": "handclean.subject.settings:CalibrateConfig",
+    "learn-subspace": "handclean.pipeline.choices:LearnConfig",
+    "simulate": "handclean.simulation.settings:SimulateConfig",
 }
 """Table of the file and its settings class, as "module:class"; imported on demand."""
 

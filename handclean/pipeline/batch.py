@@ -110,6 +110,16 @@ class Work:
     overwrite: bool = False
     step: str = ""
 
+    @classmethod
+    def of(cls, command: str, batch: Batch, settings: Any = None) -> "Work":
+        """Make the work of a command."""
+        return cls(
+            command=command,
+            settings=settings,
+            seed=batch.seed,
+            overwrite=batch.overwrite,
+        )
+
     @property
     def module(self) -> str:
         """Module that holds the step, a function of the module's own name."""

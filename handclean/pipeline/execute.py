@@ -26,7 +26,8 @@ def execute(work: Work, task: Task) -> Report:
     try:
         report = _do(work, task)
     except HandcleanError as error:
-        report = _failed(str(error), exit_status=error.exit_status)
+        text = _placed(task, str(error))
+        report = _failed(text, exit_status=error.exit_status)
     except MemoryError:
         report = _failed(f"{where}: there is not enough memory for it")
     except OSError as error:
@@ -42,6 +43,17 @@ def figures_of(work: Work) -> dict[str, str]:
     """Names and meanings of the figures a step reports."""
     figures: dict[str, str] = import_module(work.module).FIGURES
     return figures
+
+
+def _placed(task: Task, text: str) -> str:
+    """Let an error that names no file of the task begin with its input."""
+    where = task.sources[0].name
+    if text.startswith("take: "):
+        return where + text.removeprefix("take")
+    files = [path for source in task.sources for path in files_of(source).values()]
+    if any(str(path) in text for path in [*files, *task.outputs]):
+        return text
+    return f"{where}: {text}"
 
 
 def _failed(error: str, **parts: Any) -> Report:

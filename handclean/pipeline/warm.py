@@ -1,55 +1,70 @@
 """Compile every kernel and cache it, by doing a little of everything once.
 
-numba compiles a kernel for the types it is called with, so each part below goes the
-way a command goes, on a few frames. A kernel no part reaches compiles when a command
-first needs it, which a test forbids.
+numba compiles a kernel for the types it is called with, so this goes the way the
+commands go, on a short simulated take. A kernel that no part reaches would compile when
+a command first needs it; a test forbids that.
 """
 
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numba
 import numpy as np
 
+from handclean.gaps.fill import fill
 from handclean.hand import model
 from handclean.hand.marker_set import load_marker_set
-from handclean.hand.subject import template_subject
-from handclean.ik.prior import PosturePrior
-from handclean.ik.solve import solve_markers
+from handclean.ik.solve import solve
+from handclean.io.prior import read_prior
+from handclean.labels.label import label
+from handclean.simulation.settings import SimulateConfig
+from handclean.simulation.simulate import Trial, simulate
+from handclean.subject.calibrate import calibrate
+from handclean.subject.settings import CalibrateConfig
 
-MARKERS = "maycock26"
+TAKE = SimulateConfig(duration_s=1.0, rate_hz=100.0, dropouts_per_s=0.5)
+EXERCISE = SimulateConfig(duration_s=21.0, rate_hz=25.0)
+
+
+def trial(scenario: str, settings: SimulateConfig) -> Trial:
+    """Simulate a take."""
+    return next(iter(simulate(scenario, settings)))
 
 
 def hand() -> None:
     """Place joints, bones and markers of a hand."""
-    drawn = template_subject(load_marker_set(MARKERS)).model
-    poses = np.tile(model.neutral_pose(drawn.tree), (2, 1))
-    model.joint_positions(drawn.tree, poses)
-    model.bone_rotations(drawn.tree, poses)
-    model.marker_positions(drawn, poses)
-    model.jacobian(drawn, poses[0])
+    subject = trial("demo", TAKE).subject.model
+    poses = np.tile(model.neutral_pose(subject.tree), (2, 1))
+    model.joint_positions(subject.tree, poses)
+    model.bone_rotations(subject.tree, poses)
+    model.marker_positions(subject, poses)
+    model.jacobian(subject, poses[0])
+    model.moved(poses[0], np.zeros(subject.tree.dofs))
 
 
-def solve() -> None:
-    """Solve a few frames, plain and with a posture prior."""
-    drawn = template_subject(load_marker_set(MARKERS)).model
-    poses = np.tile(model.neutral_pose(drawn.tree), (3, 1))
-    markers = model.marker_positions(drawn, poses)
-    markers[1, 0] = np.nan
-    names = drawn.tree.hinges
-    prior = PosturePrior(
-        names=names,
-        mean=np.zeros(len(names)),
-        components=np.eye(len(names))[:, :2],
-        deviations=np.ones(2),
-        variance_share=np.array([0.6, 0.4]),
-    )
-    solve_markers(drawn, markers)
-    solve_markers(drawn, markers, prior=prior)
+def chain() -> None:
+    """Label, fill and solve a take, with and without a prior."""
+    made = trial("demo", TAKE)
+    labelled, _ = label(made.unlabelled, made.subject, prior=read_prior())
+    for prior in (read_prior(), None):
+        fill(labelled, made.subject, prior=prior)
+        solve(labelled, made.subject, prior=prior)
 
 
-PARTS: Mapping[str, Callable[[], None]] = {"hand": hand, "solve": solve}
+def calibration() -> None:
+    """Learn a hand."""
+    made = trial("rom", EXERCISE)
+    markers = load_marker_set(EXERCISE.marker_set)
+    calibrate([made.labelled], markers, replace(CalibrateConfig(), frames=20))
+
+
+PARTS: Mapping[str, Callable[[], None]] = {
+    "hand": hand,
+    "label, fill-gaps, solve, simulate": chain,
+    "calibrate-hand": calibration,
+}
 """What is warmed, in this order."""
 
 

@@ -38,6 +38,7 @@ FIGURES = {
     "measured": "C3D: measured samples by marker",
     "unlabelled_columns": "C3D: columns without a name",
     "model_outputs": "C3D: points that are angles, forces and the like",
+    "residual_m": "C3D: smallest and largest residual of measured samples [m]",
     "groups": "C3D: groups of parameters",
     "parts": "HDF5 of another kind than a session: its parts",
     "traps": "what is odd, one line each",

@@ -1,0 +1,31 @@
+"""``handclean calibrate-hand markers``."""
+
+import click
+
+from handclean.cli import options
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import Calibrating
+from handclean.subject.settings import CalibrateConfig
+
+
+@click.command("markers")
+@options.settings("calibrate-hand-markers", CalibrateConfig)
+@click.option("--name", default="", help="Whose hand it is.")
+@options.batch(
+    options.SOURCES,
+    options.ONE_OUTPUT,
+    [options.marker_set, options.side],
+    options.TELLING,
+)
+def command(batch: Batch, settings: CalibrateConfig, name: str) -> int:
+    """Learn a hand and its markers from labelled range-of-motion takes.
+
+    Filled samples are never used.
+
+    \b
+    Example:
+        handclean calibrate-hand markers rom.c3d -o S01.h5 --marker-set maycock26
+    """
+    chosen = Calibrating(calibrate=settings, name=name)
+    return many.reduce(Work.of("calibrate-hand markers", batch, chosen), batch)

@@ -1,0 +1,39 @@
+"""``handclean clean``."""
+
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.gaps.settings import FillConfig
+from handclean.ik.settings import SolveConfig
+from handclean.labels.settings import LabelConfig
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import Cleaning
+
+
+@click.command("clean")
+@options.settings("label", LabelConfig, prefix="label", into="label")
+@options.settings("fill-gaps", FillConfig, prefix="fill", into="fill")
+@options.settings("solve", SolveConfig, prefix="solve", into="solve")
+@options.prior
+@options.batch(
+    options.SOURCES, options.OUTPUT, options.HANDS, options.MANY, options.TELLING
+)
+def command(
+    batch: Batch,
+    label: LabelConfig,
+    fill: FillConfig,
+    solve: SolveConfig,
+    prior: Path | None,
+) -> int:
+    """Label, fill gaps and solve unlabelled takes in one pass.
+
+    \b
+    Example:
+        handclean clean take_07.c3d -o take_07.h5 --subject S01.h5
+    """
+    chosen = Cleaning(label=label, fill=fill, solve=solve)
+    batch = options.with_files(batch, prior=prior)
+    return many.run(Work.of("clean", batch, chosen), batch)

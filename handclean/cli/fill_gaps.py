@@ -1,0 +1,35 @@
+"""``handclean fill-gaps``."""
+
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.gaps.settings import FillConfig
+from handclean.ik.settings import SolveConfig
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import Filling
+
+
+@click.command("fill-gaps")
+@options.settings("fill-gaps", FillConfig)
+@options.settings("solve", SolveConfig, prefix="solve", into="solve")
+@options.prior
+@options.batch(
+    options.SOURCES, options.OUTPUT, options.HANDS, options.MANY, options.TELLING
+)
+def command(
+    batch: Batch, settings: FillConfig, solve: SolveConfig, prior: Path | None
+) -> int:
+    """Fill short gaps in marker trajectories.
+
+    Measured samples are never changed; filled samples are marked as filled.
+
+    \b
+    Example:
+        handclean fill-gaps take_07.labels.h5 -o take_07.filled.h5 --subject S01.h5
+    """
+    chosen = Filling(fill=settings, solve=solve)
+    batch = options.with_files(batch, prior=prior)
+    return many.run(Work.of("fill-gaps", batch, chosen), batch)

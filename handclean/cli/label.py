@@ -1,0 +1,29 @@
+"""``handclean label``."""
+
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.labels.settings import LabelConfig
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+
+
+@click.command("label")
+@options.settings("label", LabelConfig)
+@options.prior
+@options.batch(
+    options.SOURCES, options.OUTPUT, options.HANDS, options.MANY, options.TELLING
+)
+def command(batch: Batch, settings: LabelConfig, prior: Path | None) -> int:
+    """Name the markers of unlabelled takes.
+
+    Nothing measured is changed or lost: points that are no marker stay, unnamed.
+
+    \b
+    Example:
+        handclean label take_07.c3d -o take_07.labels.h5 --subject S01.h5
+    """
+    batch = options.with_files(batch, prior=prior)
+    return many.run(Work.of("label", batch, settings), batch)

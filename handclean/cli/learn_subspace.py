@@ -1,0 +1,34 @@
+"""``handclean learn subspace``."""
+
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import LearnConfig
+
+
+@click.command("subspace")
+@options.settings("learn-subspace", LearnConfig)
+@click.option(
+    "--held-out",
+    multiple=True,
+    type=options.PATH,
+    metavar="FILE",
+    help="A take to say how much of it is covered, not to learn from; once per file.",
+)
+@options.batch(options.SOURCES, options.ONE_OUTPUT, options.TELLING)
+def command(batch: Batch, settings: LearnConfig, held_out: tuple[Path, ...]) -> int:
+    """Learn a posture prior from joint angles.
+
+    Angles come from sessions with a motion, or from BVH files.
+
+    \b
+    Example:
+        handclean learn subspace takes/*.h5 -o prior.h5 --held-out other.h5
+    """
+    numbered = {f"held_out {i}": path for i, path in enumerate(held_out, start=1)}
+    batch = options.with_files(batch, **numbered)
+    return many.reduce(Work.of("learn subspace", batch, settings), batch)

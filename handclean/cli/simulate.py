@@ -1,0 +1,41 @@
+"""``handclean simulate``."""
+
+from importlib import import_module
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.errors import UsageError
+from handclean.pipeline import manifest, many
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import Simulating
+from handclean.simulation.settings import SimulateConfig
+
+
+@click.command("simulate")
+@click.argument("scenario")
+@options.settings("simulate", SimulateConfig)
+@options.batch(
+    [options.output, options.overwrite],
+    [options.jobs, options.shard, options.fail_fast],
+    options.TELLING,
+)
+def command(batch: Batch, scenario: str, settings: SimulateConfig) -> int:
+    """Make takes with known truth.
+
+    SCENARIO is grasp, rom, free, demo, or a TOML file with a kind and settings. Into
+    the folder OUT go what the cameras recorded (.c3d), the same with labels
+    (labelled/), the truth (truth/), and the subjects (subjects/).
+
+    \b
+    Example:
+        handclean simulate grasp -o sim --trials 18 --subjects 18
+    """
+    if batch.output is None:
+        raise UsageError("-o: is missing; it should name a folder")
+    chosen = Simulating(scenario=scenario, simulate=settings)
+    work = Work.of("simulate", batch, chosen)
+    steps = import_module(work.module)  # late, so that help is instant
+    tasks = steps.tasks(chosen, Path(batch.output))
+    return many.run_tasks(work, batch, manifest.shard(tasks, batch.shard), ())

@@ -1,0 +1,43 @@
+"""``handclean solve``."""
+
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.ik.settings import SolveConfig
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import Solving
+
+
+@click.command("solve")
+@options.settings("solve", SolveConfig)
+@click.option(
+    "--per-frame",
+    is_flag=True,
+    help="Frame by frame, each begun from the one before; the only way so far.",
+)
+@click.option("--standard", is_flag=True, help="Plain inverse kinematics, no prior.")
+@options.prior
+@options.batch(
+    options.SOURCES, options.OUTPUT, options.HANDS, options.MANY, options.TELLING
+)
+def command(
+    batch: Batch,
+    settings: SolveConfig,
+    prior: Path | None,
+    standard: bool,
+    per_frame: bool,
+) -> int:
+    """Find the joint angles of labelled takes.
+
+    Filled samples are never taken for measured ones.
+
+    \b
+    Example:
+        handclean solve take_07.filled.h5 -o take_07.angles.h5 --subject S01.h5
+    """
+    chosen = Solving(solve=settings, standard=standard)
+    batch = options.with_files(batch, prior=prior)
+    return many.run(Work.of("solve", batch, chosen), batch)

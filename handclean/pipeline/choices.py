@@ -1,0 +1,67 @@
+"""What steps are set to beyond the settings of one algorithm; imports nothing heavy."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from handclean.gaps.settings import FillConfig
+from handclean.ik.settings import SolveConfig
+from handclean.labels.settings import LabelConfig
+from handclean.simulation.settings import SimulateConfig
+from handclean.subject.settings import CalibrateConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearnConfig:
+    """Settings of ``learn subspace``."""
+
+    directions: Annotated[
+        int, "How many directions to keep; 0: as many as hold the share."
+    ] = 0
+    share: Annotated[float, "Share of the variance the directions hold."] = 0.95
+
+    def __post_init__(self) -> None:
+        if self.directions < 0:
+            raise ValueError(f"directions should be >= 0, not {self.directions}")
+        if not 0.0 < self.share <= 1.0:
+            raise ValueError(f"share should lie between 0 and 1, not {self.share}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solving:
+    """Settings of inverse kinematics, and whether it does without the prior."""
+
+    solve: SolveConfig
+    standard: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Filling:
+    """Settings of filling, and of the inverse kinematics it rests on."""
+
+    fill: FillConfig
+    solve: SolveConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cleaning:
+    """Settings of the chain."""
+
+    label: LabelConfig
+    fill: FillConfig
+    solve: SolveConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibrating:
+    """Settings of a calibration, and whose hand it is."""
+
+    calibrate: CalibrateConfig
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Simulating:
+    """Settings of a simulation, and of what."""
+
+    scenario: str
+    simulate: SimulateConfig

@@ -1,0 +1,76 @@
+"""Labelled takes with their short gaps filled."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from handclean.gaps.fill import FillFigures, fill
+from handclean.pipeline import hands, sessions
+from handclean.pipeline.batch import Source
+from handclean.pipeline.choices import Filling
+from handclean.pipeline.outcome import Outcome
+
+FIGURES = {
+    "gaps": "gaps of the subjects' markers",
+    "filled": "gaps that were filled",
+    "left_open": "gaps that were not",
+    "missing_samples": "samples in all gaps",
+    "filled_samples": "samples in the filled ones",
+    "longest_filled_s": "length of the longest filled gap",
+    "sigma_mm": "median standard deviation of filled samples, of the worse hand",
+    "bridged_frames": "frames in which a joint was interpolated",
+    "reasons": "how many gaps were left open, by reason",
+}
+
+
+def fill_gaps(source: Source, settings: Filling) -> Outcome:
+    """Fill the gaps of every hand."""
+    recording = sessions.read(source)
+    warnings = sessions.traps(source, recording)
+    prior = hands.prior(source)
+    found = hands.subjects(source)
+    parts = []
+    for name, subject in found.items():
+        recording, part = fill(
+            recording,
+            subject,
+            prior=prior,
+            settings=settings.fill,
+            solve=settings.solve,
+            name=name,
+        )
+        parts.append(part)
+    figures = of_hands(parts)
+    return sessions.outcome(
+        recording,
+        in_words(figures),
+        figures,
+        (*warnings, *hands.remarks(*found.values())),
+    )
+
+
+def of_hands(parts: Sequence[FillFigures]) -> dict[str, Any]:
+    """Figures of all hands together."""
+    reasons: dict[str, int] = {}
+    for part in parts:
+        for reason, count in part.reasons.items():
+            reasons[reason] = reasons.get(reason, 0) + count
+    return {
+        "gaps": sum(part.gaps for part in parts),
+        "filled": sum(part.filled for part in parts),
+        "left_open": sum(part.left_open for part in parts),
+        "missing_samples": sum(part.missing_samples for part in parts),
+        "filled_samples": sum(part.filled_samples for part in parts),
+        "longest_filled_s": max(part.longest_filled_s for part in parts),
+        "sigma_mm": max(1e3 * part.sigma_m for part in parts),
+        "bridged_frames": sum(part.bridged_frames for part in parts),
+        "reasons": reasons,
+    }
+
+
+def in_words(figures: dict[str, Any]) -> str:
+    """Say the figures in a few words."""
+    text = f"filled {figures['filled']} gaps, left {figures['left_open']} open"
+    if figures["reasons"]:
+        worst = max(figures["reasons"], key=figures["reasons"].__getitem__)
+        text += f" (mostly: {worst})" if len(figures["reasons"]) > 1 else f" ({worst})"
+    return text

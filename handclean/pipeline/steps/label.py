@@ -1,0 +1,59 @@
+"""Unlabelled takes with their markers named."""
+
+from typing import Any
+
+from handclean.labels import label as labelling
+from handclean.labels.label import LabelFigures
+from handclean.labels.settings import LabelConfig
+from handclean.pipeline import hands, sessions
+from handclean.pipeline.batch import Source
+from handclean.pipeline.outcome import Outcome
+
+FIGURES = {
+    "frames": "frames of the take",
+    "followed": "frames in which the hand was followed",
+    "start_frame": "frame in which it was found first, from 0",
+    "start_score": "how well it fitted there",
+    "labelled": "points that got a name",
+    "unlabelled": "points that got none",
+    "refused": "points refused by the distance threshold",
+    "rms_mm": "RMS distance of labelled points from the hand",
+    "mean_confidence": "mean confidence of the names, 0 to 1",
+}
+
+
+def label(source: Source, settings: LabelConfig) -> Outcome:
+    """Name every point of the take, or leave it unnamed."""
+    recording = sessions.read(source)
+    warnings = sessions.traps(source, recording)
+    name, subject = hands.only_subject(source)
+    labelled, found = labelling.label(
+        recording, subject, prior=hands.prior(source), settings=settings, name=name
+    )
+    figures = of_labels(found)
+    return sessions.outcome(
+        labelled, in_words(figures), figures, (*warnings, *hands.remarks(subject))
+    )
+
+
+def of_labels(found: LabelFigures) -> dict[str, Any]:
+    """Figures of labelling."""
+    return {
+        "frames": found.frames,
+        "followed": found.followed,
+        "start_frame": found.start_frame,
+        "start_score": found.start_score,
+        "labelled": found.labelled,
+        "unlabelled": found.unlabelled,
+        "refused": found.refused,
+        "rms_mm": 1e3 * found.rms_m,
+        "mean_confidence": found.mean_confidence,
+    }
+
+
+def in_words(figures: dict[str, Any]) -> str:
+    """Say the figures in a few words."""
+    return (
+        f"labelled {figures['labelled']} points, left {figures['unlabelled']}, "
+        f"followed the hand in {figures['followed']} of {figures['frames']} frames"
+    )

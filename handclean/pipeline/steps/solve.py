@@ -1,0 +1,75 @@
+"""Joint angles of labelled takes."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from handclean.ik.solve import solve as solve_take
+from handclean.pipeline import hands, sessions
+from handclean.pipeline.batch import Source
+from handclean.pipeline.choices import Solving
+from handclean.pipeline.outcome import Outcome
+from handclean.recording import Motion, Recording
+
+FIGURES = {
+    "frames": "frames of the take",
+    "hands": "hands solved",
+    "trusted": "share of frames whose posture the markers decide, of the worse hand",
+    "residual_mm": "RMS distance of measured markers, all frames and hands",
+    "residual_p95_mm": "95th percentile over frames of a frame's RMS distance",
+}
+
+
+def solve(source: Source, settings: Solving) -> Outcome:
+    """Add the joint angles of every hand."""
+    recording = sessions.read(source)
+    warnings = sessions.traps(source, recording)
+    prior = None if settings.standard else hands.prior(source)
+    found = hands.subjects(source)
+    for name, subject in found.items():
+        recording = solve_take(
+            recording, subject, name=name, prior=prior, settings=settings.solve
+        )
+    figures = of_motions(recording, found)
+    return sessions.outcome(
+        recording,
+        in_words(figures),
+        figures,
+        (*warnings, *hands.remarks(*found.values())),
+    )
+
+
+def of_motions(recording: Recording, names: Iterable[str]) -> dict[str, float]:
+    """Figures of solved motions, by name."""
+    motions = [recording.motions[name] for name in names]
+    residual = np.concatenate([_residual(motion) for motion in motions])
+    residual = residual[np.isfinite(residual)] * 1e3  # [mm], for people
+    some = bool(len(residual))
+    return {
+        "frames": recording.frames,
+        "hands": len(motions),
+        "trusted": min(_trusted(motion) for motion in motions),
+        "residual_mm": float(np.sqrt(np.mean(residual**2))) if some else np.nan,
+        "residual_p95_mm": float(np.quantile(residual, 0.95)) if some else np.nan,
+    }
+
+
+def in_words(figures: dict[str, float]) -> str:
+    """Say the figures in a few words."""
+    hands = f"{figures['hands']} hands" if figures["hands"] != 1 else "a hand"
+    return (
+        f"solved {hands} in {figures['frames']} frames, "
+        f"RMS {figures['residual_mm']:.2f} mm, "
+        f"{100 * figures['trusted']:.0f} % trusted"
+    )
+
+
+def _residual(motion: Motion) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    assert motion.residual is not None
+    residual: np.ndarray[tuple[int], np.dtype[np.float64]] = motion.residual
+    return residual
+
+
+def _trusted(motion: Motion) -> float:
+    assert motion.trusted is not None
+    return float(motion.trusted.mean())
