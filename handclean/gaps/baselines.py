@@ -96,7 +96,7 @@ def rigid(scene: Scene, gap: Gap) -> Floats:
         ]
         paths.append(np.array([move.apply(marker) for move in moves]))
     share = _shares(gap)
-    return (1.0 - share) * paths[0] + share * paths[1]
+    return np.asarray((1.0 - share) * paths[0] + share * paths[1])
 
 
 def _ends(positions: Floats, gap: Gap) -> tuple[Floats, Floats]:

@@ -1,9 +1,10 @@
 """Which joints the markers in sight decide, and which they would if none were hidden.
 
-With a nominal noise of the markers and a loose prior of all degrees of freedom, `spread`
-says how much of each one's variance is left. It is *decided* if the markers explain at least `DECIDED` of its prior variance. It is
-*affected* by missing markers if those in sight do not decide it while those expected
-(in sight, or in a gap short enough to fill) would explain distinctly more.
+With a nominal noise of the markers and a loose prior of all degrees of freedom,
+`spread` says how much of each one's variance is left. One is *decided* if the markers
+explain at least `DECIDED` of its prior variance. It is *affected* by missing markers if
+those in sight do not decide it while those expected (in sight, or in a gap short enough
+to fill) would explain distinctly more.
 
 So a marker further out decides the chain it hangs on (Maycock 2015 section III-C) as
 far as the geometry allows, and a joint without any marker beyond it is not affected by

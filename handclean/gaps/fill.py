@@ -8,8 +8,9 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.errors import HandcleanError
 from handclean.gaps import baselines, follow
-from handclean.gaps.posture import Posture, bridge_posture, marker_noise
-from handclean.gaps.runs import Gap, Limits, gaps_of
+from handclean.gaps.noise import marker_noise
+from handclean.gaps.posture import Posture, bridge_posture
+from handclean.gaps.runs import Gap, Limits, gaps_of, seen_in
 from handclean.gaps.samples import with_samples
 from handclean.gaps.scene import Filler, Refused, Scene
 from handclean.gaps.settings import FillConfig
@@ -67,7 +68,7 @@ class FillFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class _Filled:
-    """Gaps with what became of them, and (T, M, 3), (T, M) [m] filled samples and sigma."""
+    """Gaps with what became of them, (T, M, 3) and (T, M) [m] samples and sigma."""
 
     gaps: list[Gap]
     places: Floats
@@ -87,7 +88,7 @@ def fill(
 
     The take is solved anew from its measured samples; samples filled earlier count as
     missing, so that filling twice is filling once. Measured samples come back bit for
-    bit. What a tracker rejected (origin 3) and a fill replaces goes to the unlabelled
+    bit. Only the default method knows its sigma. What a tracker rejected (origin 3) and a fill replaces goes to the unlabelled
     points. The bridged motion comes with the take, under ``name``: hinges of which
     neither markers nor a bridge know anything have no ``angles_sigma``.
 
@@ -123,7 +124,7 @@ def fill(
         for m, label in enumerate(model.labels)
         if label in labels
     }
-    seen = np.isfinite(positions).all(axis=2)
+    seen = seen_in(positions)
     gaps = [gap for gap in gaps_of(seen, limits) if gap.column in columns]
     solution = solve_markers(model, positions, prior=prior, settings=solve)
     posture = bridge_posture(
@@ -174,11 +175,10 @@ def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
                 places[rows, gap.column] = FILLERS[method](scene, gap)
             except Refused as no:
                 why = str(no)
-            else:
+            if not why and FILLERS[method] is follow.follow:
                 variance = scene.posture.marker_variance[rows, gap.column]
-                sigma[rows, gap.column] = np.sqrt(
-                    variance + 3.0 * scene.posture.leftovers.at(gap.frames)
-                )
+                variance = variance + 3.0 * scene.posture.leftovers.at(gap.frames)
+                sigma[rows, gap.column] = np.sqrt(variance)
         judged.append(replace(gap, refused=why))
     return _Filled(gaps=judged, places=places, sigma=sigma)
 

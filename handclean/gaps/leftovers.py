@@ -21,8 +21,10 @@ The width is the one with which a take's known stretches would have been restore
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
 from handclean.arrays import Floats
@@ -110,7 +112,7 @@ def carry(local: Floats, tells: Floats, longest: int) -> Leftovers:
     )
 
 
-def kernel(distance: Floats, width: float) -> Floats:
+def kernel(distance: NDArray[np.floating[Any]], width: float) -> Floats:
     """K of the module's formula."""
     return np.asarray((1.0 + (distance / width) ** 2) ** -1.5)
 
@@ -136,7 +138,7 @@ def _errors(series: Floats, frames: int, width: float) -> Floats:
         return np.zeros(0)
     left = np.arange(first, last + 1, max(1, (last - first) // WINDOWS))
     around = np.arange(count)
-    weights = kernel(0.5 * span + around, width)
+    weights = kernel(np.arange(0.5 * span, 0.5 * span + count), width)
     weights /= 2.0 * weights.sum()
     before = np.tensordot(series[left[:, None] - around], weights, axes=(1, 0))
     after = np.tensordot(series[(left + span)[:, None] + around], weights, axes=(1, 0))

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from handclean.arrays import Bools, Floats
 from handclean.gaps.min_acceleration import Bridge, EndFit, bridge
 from handclean.gaps.runs import Cluster, Limits, clusters_of
-from handclean.gaps.trial import Law, choose, shape
+from handclean.gaps.trial import Law, choose, fits_to_try, shape
 from handclean.tree import POSE_HEAD, JointTree
 
 SUPPORTED = 2.0
@@ -62,12 +62,15 @@ def try_bridging(
     ----------
     poses : (T, 7 + D); open_hinge : (T, D); open_root : (T,)
     """
-    places = np.repeat(~open_root[:, None], 3, axis=1)
     longest, rate = limits.longest, limits.rate
-    return Tried(
-        angles=choose(poses[:, POSE_HEAD:], ~open_hinge, longest, rate),
-        places=choose(poses[:, :3], places, longest, rate),
-    )
+    untried = fits_to_try(rate)[0], UNTRIED
+    angles, places = untried, untried
+    if open_hinge.any():
+        angles = choose(poses[:, POSE_HEAD:], ~open_hinge, longest, rate)
+    if open_root.any():
+        known = np.repeat(~open_root[:, None], 3, axis=1)
+        places = choose(poses[:, :3], known, longest, rate)
+    return Tried(angles=angles, places=places)
 
 
 def lay_paths(

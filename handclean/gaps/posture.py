@@ -6,9 +6,9 @@ each frame with something open minimises ::
 
     sum_m |t_m - p_m|^2 / sigma^2 + sum_d (q_d - path_d)^2 / sigma_d^2
 
-over root and angles, so that a joint that is half decided follows both, and one that is
-not decided at all stays on its path. Where the root itself is open, the markers that are
-missing take part at the places where the path has them, with the path's sigma.
+over root and angles, so that a joint that is half decided follows both, and one that
+nothing decides stays on its path. Where the root itself is open, the markers that are
+missing take part where the path has them, with the path's sigma.
 """
 
 from dataclasses import dataclass
@@ -19,20 +19,22 @@ from handclean.arrays import Bools, Floats, Ints, expect_shape
 from handclean.gaps.decided import Decided, decide, prior_precision
 from handclean.gaps.leftovers import PARTIAL, Leftovers, carry, left_over
 from handclean.gaps.paths import Paths, lay_paths, try_bridging
-from handclean.gaps.refine import placed, refined
-from handclean.gaps.runs import Gap, Limits
+from handclean.gaps.refine import Targets, placed
+from handclean.gaps.runs import Gap, Limits, seen_in
 from handclean.gaps.spread import spread
-from handclean.hand.model import Model, marker_positions
+from handclean.hand.model import Model
 from handclean.ik.frames import LOOSE
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
-QUIETEST = 2e-5
-"""[m] marker noise per axis is not believed to be less."""
+SETTLED = 0.7
+"""Share of a marker's noise that carried left-overs leave within a gap; with
+`TOGETHER` it puts about 68 and 95 % of what simulated takes hide within one and two
+sigma, see tests/bench/bench_gaps.py."""
 
-ARM = 0.1
-"""[m] how far from the root a turn of the root is felt."""
+TOGETHER = 2.0
+"""The hinges of a finger err together: their variances count more than singly."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,26 +67,6 @@ class Posture:
     gaps: tuple[Gap, ...]
 
 
-def marker_noise(
-    model: Model, positions: Floats, solution: Solution, known: Floats
-) -> Floats:
-    """(M,) [m] standard deviation of each marker per axis, about the solved posture.
-
-    Parameters
-    ----------
-    known : (M,) [m] RMS residuals from a calibration, NaN where there are none; the
-        larger of the two counts.
-    """
-    away = positions - marker_positions(model, solution.poses)
-    away[~solution.trusted] = np.nan
-    square = np.sum(away * away, axis=2)
-    count = np.isfinite(square).sum(axis=0)
-    rms = np.sqrt(np.nansum(square, axis=0) / np.maximum(count, 1))
-    usual = np.median(rms[count > 0]) if np.any(count > 0) else QUIETEST
-    rms[count == 0] = usual
-    return np.asarray(np.maximum(np.fmax(rms, known) / np.sqrt(3.0), QUIETEST))
-
-
 def bridge_posture(
     model: Model,
     positions: Floats,
@@ -109,7 +91,7 @@ def bridge_posture(
     settings = settings or SolveConfig()
     expect_shape("expected", expected, *positions.shape[:2])
     solved, hinges = solution.poses, len(model.tree.hinges)
-    seen: Bools = np.isfinite(positions).all(axis=2)
+    seen = seen_in(positions)
     decided = decide(
         model, solved, seen, expected, noise, settings.prior_m, follows=follows
     )
@@ -118,7 +100,7 @@ def bridge_posture(
     tells = np.where(unknown, 0.0, np.where(whole, 1.0, PARTIAL))
     local = left_over(model, solved, positions)
     leftovers = carry(local, tells, limits.longest)
-    targets = _Targets(model, positions, seen, leftovers.places, noise, settings)
+    targets = Targets(model, positions, seen, leftovers.places, noise, settings)
 
     poses, part = solved.copy(), np.flatnonzero(~whole & ~unknown)
     poses[part] = targets.fitted(part, poses, np.zeros((len(poses), hinges)))
@@ -141,7 +123,7 @@ def bridge_posture(
 
 
 def _on_paths(
-    model: Model, targets: "_Targets", poses: Floats, decided: Decided, limits: Limits
+    model: Model, targets: Targets, poses: Floats, decided: Decided, limits: Limits
 ) -> tuple[Paths, Floats]:
     """Lay paths, refine, and once more from ends that agree with the first round."""
     is_open = decided.affected, decided.root
@@ -193,50 +175,10 @@ def _lead_inner_gaps(
 
 
 def _held(paths: Paths, decided: Decided) -> Floats:
-    """(T, D) [rad^2] how surely each hinge is where its path has it, 0 if it is free."""
+    """(T, D) [rad^2] how surely each hinge is where its path has it, 0 if free."""
     held = paths.hinge_variance.copy()
     held[decided.affected & (held == 0.0)] = LOOSE**2
     return held
-
-
-@dataclass(frozen=True)
-class _Targets:
-    """The markers in sight, to fit poses to."""
-
-    model: Model
-    positions: Floats
-    seen: Bools
-    moved: Floats
-    noise: Floats
-    settings: SolveConfig
-
-    def fitted(
-        self, frames: Ints, poses: Floats, held: Floats, root: Floats | None = None
-    ) -> Floats:
-        """(N, 7 + D) poses of some frames, fitted.
-
-        Parameters
-        ----------
-        poses : (T, 7 + D) to start from.
-        held : (T, D) [rad^2] variance of the angles there, 0 where they are free.
-        root : (T, 2) [m^2], [rad^2] variance of the root there, 0 where it is free;
-            where it is not, missing markers count at the places they have there.
-        """
-        usual = float(np.median(self.noise)) ** 2
-        rows, moved = poses[frames], self.moved[frames]
-        targets = self.positions[frames]
-        weight = self.seen[frames].astype(np.float64)
-        if root is not None and (root[frames, 0] > 0.0).any():
-            loose = root[frames, 0] + ARM**2 * root[frames, 1]
-            absent = ~self.seen[frames] & (loose[:, None] > 0.0)
-            targets = np.where(
-                absent[:, :, None], placed(self.model, rows, moved), targets
-            )
-            share = usual / np.where(loose > 0.0, loose, 1.0)
-            weight = np.where(absent, share[:, None], weight)
-        anchor = np.zeros(held[frames].shape)
-        np.divide(usual, held[frames], out=anchor, where=held[frames] > 0.0)
-        return refined(self.model, rows, targets, weight, moved, anchor, self.settings)
 
 
 def _spread(
@@ -248,16 +190,17 @@ def _spread(
     paths: Paths,
 ) -> tuple[Floats, Floats]:
     """(T, D) [rad] sigma of angles, (T, M) [m^2] variance of missing markers."""
-    sigma = np.full(paths.hinge_variance.shape, np.nan)
-    distance = np.zeros(seen.shape)
+    hinges = paths.hinge_variance.shape[1]
+    sigma, distance = np.full((len(poses), hinges), np.nan), np.zeros(seen.shape)
     missing = expected & ~seen
     frames = np.flatnonzero(missing.any(axis=1))
-    precision = np.tile(prior_precision(sigma.shape[1]), (len(frames), 1))
-    hinges, root = paths.hinge_variance[frames], paths.root_variance[frames]
-    held = np.hstack([np.repeat(root, ROOT_DOFS // 2, axis=1), hinges])
+    precision = np.tile(prior_precision(hinges), (len(frames), 1))
+    root = np.repeat(paths.root_variance[frames], ROOT_DOFS // 2, axis=1)
+    held = np.hstack([root, TOGETHER * paths.hinge_variance[frames]])
     np.divide(1.0, held, out=precision, where=held > 0.0)
+    weight = seen[frames] / (SETTLED * noise) ** 2
     variance, distance[frames] = spread(
-        model, poses[frames], seen[frames] / noise**2, precision, missing[frames]
+        model, poses[frames], weight, precision, missing[frames]
     )
     sigma[frames] = np.sqrt(variance[:, ROOT_DOFS:])
     return sigma, distance
@@ -270,6 +213,6 @@ def what_is_open(
     if posture.open_root[start:stop].any():
         return "the hand's place"
     carried = model.tree.carried_by()[bone]
-    still_open = posture.open_hinge[start:stop, carried].any(axis=0)
-    names = [name for name, c in zip(model.tree.hinges, carried, strict=True) if c]
-    return next((n for n, o in zip(names, still_open, strict=True) if o), "")
+    still_open = carried & posture.open_hinge[start:stop].any(axis=0)
+    names = np.array(model.tree.hinges, dtype=object)[still_open]
+    return str(names[0]) if len(names) else ""

@@ -1,13 +1,18 @@
 """Postures refined with the markers that are there, each in a place of its own."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from handclean.arrays import Floats
+from handclean.arrays import Bools, Floats, Ints
 from handclean.hand.model import Model
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import chain_of
 from handclean.kernels import jit
 from handclean.kernels.gauss_newton import Chain, Work, make_work, misfit, solve_full
+
+ARM = 0.1
+"""[m] how far from the root a turn of the root is felt."""
 
 
 @jit
@@ -107,3 +112,50 @@ def placed(model: Model, poses: Floats, moved: Floats) -> Floats:
     ones = np.ones(len(model.labels))
     place_frames(poses, ones, model.link_at + moved, chain_of(model), work, points)
     return points
+
+
+@dataclass(frozen=True)
+class Targets:
+    """The markers in sight, to fit poses to.
+
+    Attributes
+    ----------
+    positions : (T, M, 3) [m]; seen : (T, M)
+    moved : (T, M, 3) [m] what to add to the markers' places on their bones.
+    noise : (M,) [m] their standard deviation per axis.
+    """
+
+    model: Model
+    positions: Floats
+    seen: Bools
+    moved: Floats
+    noise: Floats
+    settings: SolveConfig
+
+    def fitted(
+        self, frames: Ints, poses: Floats, held: Floats, root: Floats | None = None
+    ) -> Floats:
+        """(N, 7 + D) poses of some frames, fitted.
+
+        Parameters
+        ----------
+        poses : (T, 7 + D) to start from.
+        held : (T, D) [rad^2] variance of the angles there, 0 where they are free.
+        root : (T, 2) [m^2], [rad^2] variance of the root there, 0 where it is free;
+            where it is not, missing markers count at the places they have there.
+        """
+        usual = float(np.median(self.noise)) ** 2
+        rows, moved = poses[frames], self.moved[frames]
+        targets = self.positions[frames]
+        weight = self.seen[frames].astype(np.float64)
+        if root is not None and (root[frames, 0] > 0.0).any():
+            loose = root[frames, 0] + ARM**2 * root[frames, 1]
+            absent = ~self.seen[frames] & (loose[:, None] > 0.0)
+            targets = np.where(
+                absent[:, :, None], placed(self.model, rows, moved), targets
+            )
+            share = usual / np.where(loose > 0.0, loose, 1.0)
+            weight = np.where(absent, share[:, None], weight)
+        anchor = np.zeros(held[frames].shape)
+        np.divide(usual, held[frames], out=anchor, where=held[frames] > 0.0)
+        return refined(self.model, rows, targets, weight, moved, anchor, self.settings)

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handclean.arrays import Bools, Ints, expect_shape
+from handclean.arrays import Bools, Floats, Ints, expect_shape
 
+THROUGHOUT = "missing in all of the take"
 AT_START = "reaches the start of the take"
 AT_END = "reaches the end of the take"
 TOO_LONG = "longer than max_gap_s ="
@@ -77,6 +78,11 @@ class Cluster:
     def refused(self) -> bool:
         """Whether it stays open."""
         return bool(self.gaps[0].refused)
+
+
+def seen_in(positions: Floats) -> Bools:
+    """(T, M) which samples of (T, M, 3) positions are there."""
+    return np.asarray(np.isfinite(positions).all(axis=2))
 
 
 def runs(mask: Bools) -> list[tuple[int, int]]:
@@ -154,6 +160,8 @@ def _judged(
 
 def _reason(start: int, stop: int, frames: int, limits: Limits) -> str:
     """Why a gap of a cluster that cannot be bridged stays open."""
+    if start == 0 and stop == frames:
+        return THROUGHOUT
     if start == 0:
         return AT_START
     if stop == frames:

@@ -1,26 +1,32 @@
 """Filled samples put into a take; measured ones come back bit for bit."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats, Ints32
+from handclean.arrays import Bools, Floats
+from handclean.gaps.runs import seen_in
 from handclean.recording import Origin, Points, Recording, Trajectories
+
+_BLANK = {"source": -1, "residual": 0.0, "cameras": 0}
+"""What a filled sample has of what a source file says of measured ones."""
 
 
 def with_samples(
-    recording: Recording, columns: dict[int, int], places: Floats, sigma: Floats
+    recording: Recording, columns: Mapping[int, int], places: Floats, sigma: Floats
 ) -> Recording:
-    """Return a take whose samples of some markers are filled where they were not known.
+    """Return a take whose samples of some markers are filled where they were missing.
 
     What an earlier run filled and this one does not is missing again. A rejected sample
     in whose place one is filled goes to the unlabelled points.
 
     Parameters
     ----------
-    columns : column of the take by column of ``places``.
+    columns : the take's column of each column of ``places``.
     places : (T, M, 3) [m], NaN where nothing was filled.
-    sigma : (T, M) [m] of the filled samples.
+    sigma : (T, M) [m] of the filled samples, NaN where it is not known.
     """
     markers = recording.markers
     assert markers is not None
@@ -37,78 +43,43 @@ def with_samples(
         filled[new, ours] = True
         positions[new, ours] = places[new, theirs]
         spread[new, ours] = sigma[new, theirs]
-    replaced = filled & (origin == Origin.REJECTED) & _finite(markers)
+    moved = filled & (origin == Origin.REJECTED) & seen_in(markers.positions)
     origin[filled] = Origin.FILLED
+    parts: dict[str, Any] = {"positions": positions, "origin": origin, "sigma": spread}
+    for part, blank in _BLANK.items():
+        if (array := getattr(markers, part)) is not None:
+            parts[part] = np.where(filled, np.array(blank, array.dtype), array)
     return replace(
         recording,
-        markers=replace(
-            markers,
-            positions=positions,
-            origin=origin,
-            sigma=spread,
-            **_cleared(markers, filled),
-        ),
-        unlabelled=_kept(recording.unlabelled, markers, replaced),
+        markers=replace(markers, **parts),
+        unlabelled=_joined(recording.unlabelled, markers, moved),
     )
 
 
-def _finite(markers: Trajectories) -> Bools:
-    return np.asarray(np.isfinite(markers.positions).all(axis=2))
-
-
-def _cleared(markers: Trajectories, filled: Bools) -> dict[str, object]:
-    """What the source file said of samples no longer holds where they are filled."""
-    cleared: dict[str, object] = {}
-    for part, blank in (("source", -1), ("residual", 0.0), ("cameras", 0)):
-        array = getattr(markers, part)
-        if array is not None:
-            array = array.copy()
-            array[filled] = blank
-            cleared[part] = array
-    return cleared
-
-
-def _kept(points: Points | None, markers: Trajectories, moved: Bools) -> Points | None:
-    """Points with those added that gave up their place to a filled sample."""
-    if not moved.any():
-        return points
+def _joined(
+    points: Points | None, markers: Trajectories, moved: Bools
+) -> Points | None:
+    """Points and, in order of frames, those that gave up their place as a sample."""
     frame, column = np.nonzero(moved)
-    parts: dict[str, object] = {}
-    for part, kind in (("residual", np.float32), ("cameras", np.uint8)):
-        array = getattr(markers, part)
-        old = None if points is None else getattr(points, part)
-        if points is not None and old is None:
-            continue  # the points there are have none
-        if array is None:
-            if points is None:
-                continue
-            array = np.zeros(moved.shape, dtype=kind)
-        parts[part] = array[frame, column]
-    source = markers.source
-    added = Points(
-        frame=frame.astype(np.int32),
-        source=(
-            np.full(len(frame), -1) if source is None else source[frame, column]
-        ).astype(np.int32),
-        positions=markers.positions[frame, column],
-        **parts,
-    )
-    return added if points is None else _joined(points, added)
+    if len(frame) == 0:
+        return points
+    empty = np.zeros(0, dtype=np.int32)
+    old = points or Points(frame=empty, source=empty, positions=np.zeros((0, 3)))
+    order = np.argsort(np.concatenate([old.frame, frame]), kind="stable")
 
+    def both(part: str, blank: float, kind: type) -> Any:
+        new, was = getattr(markers, part), getattr(old, part)
+        if was is None and (points is not None or new is None):
+            return None  # what some points lack, none has
+        was = np.zeros(len(old.frame), dtype=kind) if was is None else was
+        given = np.full(len(frame), blank) if new is None else new[frame, column]
+        return np.concatenate([was, given])[order].astype(kind)
 
-def _joined(points: Points, added: Points) -> Points:
-    """Both, sorted by frame."""
-    frames: Ints32 = np.concatenate([points.frame, added.frame])
-    order = np.argsort(frames, kind="stable")
-
-    def both(part: str):
-        old, new = getattr(points, part), getattr(added, part)
-        return None if old is None else np.concatenate([old, new])[order]
-
+    places = np.concatenate([old.positions, markers.positions[frame, column]])
     return Points(
-        frame=frames[order],
-        source=both("source"),
-        positions=both("positions"),
-        residual=both("residual"),
-        cameras=both("cameras"),
+        frame=np.concatenate([old.frame, frame])[order].astype(np.int32),
+        source=both("source", -1, np.int32),
+        positions=places[order],
+        residual=both("residual", 0.0, np.float32),
+        cameras=both("cameras", 0, np.uint8),
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats
 from handclean.gaps.posture import Posture
-from handclean.gaps.runs import Gap, Limits
+from handclean.gaps.runs import Gap, Limits, seen_in
 from handclean.hand.model import Model
 
 
@@ -35,8 +35,7 @@ class Scene:
     seen: Bools = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        seen = np.isfinite(self.positions).all(axis=2)
-        object.__setattr__(self, "seen", seen)
+        object.__setattr__(self, "seen", seen_in(self.positions))
 
     def seen_through(self, gap: Gap) -> Bools:
         """(M,) which markers are in sight in all of a gap and at both its ends."""

@@ -5,8 +5,8 @@ small step s about a pose is Gaussian with the precision ::
 
     A = sum_m J_m^T J_m / sigma_m^2 + diag(precision)
 
-so its degrees of freedom have the variances diag(A^-1), and a marker that is not seen is
-off by trace(J_m A^-1 J_m^T), a squared distance.
+so its degrees of freedom have the variances diag(A^-1), and a marker that is not seen
+is off by trace(J_m A^-1 J_m^T), a squared distance.
 """
 
 import math

@@ -1,19 +1,19 @@
-"""What the take itself says about bridging: which fit is best, and how far off it is.
+"""What the take itself says about bridging: which fit is best, how far off it is.
 
-Stretches of a take in which nothing is missing are bridged as if they were gaps, and the
-middle of each bridge is compared with what was there. The fit of end velocities that
-errs least is taken. Its squared errors e, by length of gap, follow ::
+Stretches of a take in which nothing is missing are bridged as if they were gaps, and
+the middle of each bridge is compared with what was there. The fit of end velocities
+that errs least is taken. Its squared errors e, by length of gap, follow ::
 
     e^2 ~ floor + gain * bend^2
 
 bend being the path's own mean square acceleration: a gap through which the path must
-bend is one in which much went on. (On the recordings of a Qualisys and of a NOKOV system
-this puts 70-75 % of the errors within one sigma and 96 % within two, for gaps from 0.05
-to 0.5 s, where a constant per length has 70-94 % and 94-97 %.)
+bend is one in which much went on. (On the recordings of a Qualisys and of a NOKOV
+system this puts 70-75 % of the errors within one sigma and 96 % within two, for gaps
+from 0.05 to 0.5 s, where a constant per length has 70-94 % and 94-97 %.)
 
-An integrated random walk of velocity, which is what least acceleration is the best guess
-for, errs along the gap as (s (1 - s))^(3/2); that is the shape used on either side of the
-middle.
+An integrated random walk of velocity, which is what least acceleration is the best
+guess for, errs along the gap as (s (1 - s))^(3/2); that is the shape used on either
+side of the middle.
 """
 
 from dataclasses import dataclass

@@ -1,0 +1,45 @@
+"""How noisy markers are, from what a solved posture leaves of them."""
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.hand.model import Model, marker_positions
+from handclean.ik.solve import Solution
+
+QUIETEST = 2e-5
+"""[m] marker noise per axis is not believed to be less."""
+
+UNTOLD = 3e-4
+"""[m] the least where postures have more unknowns than markers have numbers, so that
+residuals say nothing."""
+
+MOST_FITTED = 2.5
+"""Noise is not believed to be more than so many times the residuals."""
+
+
+def marker_noise(
+    model: Model, positions: Floats, solution: Solution, known: Floats
+) -> Floats:
+    """(M,) [m] standard deviation of each marker per axis.
+
+    From the residuals of the solved posture, which are smaller than the noise, since
+    every frame's root and angles were fitted to it.
+
+    Parameters
+    ----------
+    known : (M,) [m] RMS residuals from a calibration, NaN where there are none; the
+        larger of the two counts.
+    """
+    trusted = solution.trusted | ~solution.trusted.any()
+    away = positions - marker_positions(model, solution.poses)
+    away[~trusted] = np.nan
+    square = np.sum(away * away, axis=2)
+    count = np.isfinite(square).sum(axis=0)
+    rms = np.sqrt(np.nansum(square, axis=0) / np.maximum(count, 1))
+    rms[count == 0] = np.median(rms[count > 0]) if np.any(count > 0) else 0.0
+    numbers = 3 * int(count.sum())
+    left = numbers - int(trusted.sum()) * model.tree.dofs
+    least = QUIETEST if left > 0 else UNTOLD
+    absorbed = np.sqrt(max(numbers, 1) / max(left, numbers / MOST_FITTED**2, 1))
+    noise = absorbed * np.fmax(rms, known) / np.sqrt(3.0)
+    return np.asarray(np.maximum(noise, least))
