@@ -6,7 +6,7 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 READY := .venv/ready
 FAST := not slow and not bench
-PLAIN := $(wildcard tests/kernels tests/numerics)
+PLAIN := $(wildcard tests/kernels tests/numerics tests/hand)
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test check slow bench samples data configs format again
@@ -34,6 +34,7 @@ bench: $(READY) ## time it; writes tests/bench/RESULTS.md
 
 demo: $(READY) ## clean the sample sessions and say what came out
 	$(RUN) -m handclean warm
+	@rm -rf demo_out
 	@for subject in sample_sessions/*.subject.h5; do \
 		person=$${subject##*/}; person=$${person%.subject.h5}; \
 		for truth in sample_sessions/"$$person"_*.truth.h5; do \
