@@ -398,3 +398,39 @@ def fit_poses(
             if promise < 1e-9 * (cost + 1e-12):
                 break
         out[f] = cost
+
+
+@jit
+def pose_sigmas(
+    poses: Floats,
+    targets: Floats,
+    weights: Floats,
+    soft: float,
+    body: Body,
+    room: Room,
+    out: Floats,
+) -> None:
+    """Write the standard deviation of every pose number, the hand taken as known.
+
+    Parameters
+    ----------
+    poses : (T, 7 + D); targets : (T, M, 3); weights : (T, M) [1/m^2]
+    out : (T, P) [m, rad], the square roots of the diagonals of inv(H); overwritten.
+    """
+    size = out.shape[1]
+    lower, line = np.zeros((size, size)), np.zeros(size)
+    inverse = np.zeros((size, size))
+    for f in range(poses.shape[0]):
+        frame_cost(poses[f], targets[f], weights[f], soft, body, room)
+        pose_equations(poses[f], body, room, lower, line)
+        inverse[:] = 0.0
+        for a in range(size):
+            lower[a, a] += SPEECHLESS
+            inverse[a, a] = 1.0
+        factor(lower)
+        forward(lower, inverse)
+        for a in range(size):
+            total = 0.0
+            for b in range(size):
+                total += inverse[b, a] * inverse[b, a]
+            out[f, a] = math.sqrt(total)

@@ -110,6 +110,7 @@ def calibrate(
             marker_set.labels, every, learned.candidates, learned.fit
         ),
         *findings.words_on_equations(frames, tree),
+        *findings.words_on_noise(task.camera_m),
         *findings.words_on_side(side, first.clear),
     ]
     counts = {"frames": len(every), "frames_usable": len(frames)}
@@ -216,7 +217,7 @@ class _Task:
         """Put figures and words together."""
         adjusted, problem = learned.adjusted, learned.problem
         model = adjusted.shape.model
-        went = judge.ranges(model, learned.fit, learned.candidates)
+        went = judge.ranges(learned.adjusted.known, learned.fit, learned.candidates)
         known = judge.learnt(problem, adjusted)
         poorly, more = findings.words_on_joints(
             model.tree, went, known, self.settings.moved_rad
@@ -253,7 +254,7 @@ def _subject(
 ) -> Subject:
     """Make the subject that solvers use."""
     model = learned.adjusted.shape.model
-    went = judge.ranges(model, learned.fit, learned.candidates)
+    went = judge.ranges(learned.adjusted.known, learned.fit, learned.candidates)
     limits = judge.widened(model.tree, went)
     tree = replace(model.tree, limits=limits, scale=report.size, subject=name)
     errors = {

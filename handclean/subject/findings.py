@@ -6,9 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.subject.frames import Frames
+from handclean.subject.frames import LEAST_FRAMES, Frames
 from handclean.subject.judge import LITTLE_LEARNT, Fit
 from handclean.tree import ROOT_DOFS, JointTree
+
+NOISY_M = 0.001
+"""[m] noise from which on it is worth a word."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +33,7 @@ class CalibrationReport:
     camera_noise_m : [m] the part of it that changes from frame to frame.
     lengths_m, lengths_sigma_m : [m] by joint: distance from the joint before it, and
         how well that is known.
-    moved_rad : [rad] by hinge: its range; 0 if no marker beyond it was measured.
+    moved_rad : [rad] by hinge: its range; 0 if hardly a marker beyond it was measured.
     poorly_moved : hinges that moved too little.
     iterations : steps of the last adjustments.
     warnings : plain sentences.
@@ -74,8 +77,8 @@ def words_on_joints(
             )
         else:
             words.append(
-                f"{name}: no marker beyond it was measured: its axis and place {verb} "
-                "the template's"
+                f"{name}: no marker beyond it was measured in {LEAST_FRAMES} frames or "
+                f"more: its axis and place {verb} the template's"
             )
     return tuple(names), words
 
@@ -114,6 +117,16 @@ def words_on_equations(frames: Frames, tree: JointTree) -> list[str]:
     return [
         f"{measured:.0f} markers cannot decide the {numbers} numbers of a pose: "
         "lengths and places lean on the template's"
+    ]
+
+
+def words_on_noise(camera_m: float) -> list[str]:
+    """Say when noise is so large that it makes fingers long (see ``adjust``)."""
+    if camera_m < NOISY_M:
+        return []
+    return [
+        f"markers are noisy ({1e3 * camera_m:.1f} mm each way): fingers come out a "
+        "little long, by more than their standard deviations say"
     ]
 
 

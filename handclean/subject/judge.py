@@ -11,11 +11,12 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats
 from handclean.hand.model import Model
+from handclean.kernels import bundle
 from handclean.subject.adjust import Adjusted, Known, Problem, residuals
-from handclean.subject.frames import Frames
+from handclean.subject.frames import LEAST_FRAMES, Frames
 from handclean.subject.shape import sections, tilt_sigmas
 from handclean.subject.start import OUTLIER_M, first_poses, fitted
-from handclean.tree import POSE_HEAD, JointTree
+from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
 DOUBT_M = 0.005
 """[m] and more than the loss' constant: a sample so far off is called doubtful."""
@@ -145,16 +146,40 @@ def shown(model: Model, seen: Bools) -> Bools:
     return np.asarray((seen[:, :, None] & moves[None]).any(axis=1))
 
 
-def ranges(model: Model, fits: Fit, frames: Frames) -> Floats:
-    """(D, 2) [rad] from where to where hinges went; NaN if no marker shows it."""
-    seen = shown(model, frames.seen & ~fits.doubtful)
-    angles = np.where(seen, fits.poses[:, POSE_HEAD:], np.nan)
+def ranges(known: Known, fits: Fit, frames: Frames) -> Floats:
+    """(D, 2) [rad] from where to where hinges went beyond doubt.
+
+    The ends leave out one frame in a hundred and are drawn in by twice the standard
+    deviation of an angle, so that noise is not taken for motion. NaN if markers show
+    the hinge in fewer than `LEAST_FRAMES`.
+    """
+    seen = shown(known.model, frames.seen & ~fits.doubtful)
+    angles, sigma = fits.poses[:, POSE_HEAD:], _angle_sigmas(known, fits, frames)
     out = np.full((angles.shape[1], 2), np.nan)
     for d in range(len(out)):
-        there = angles[seen[:, d], d]
-        if len(there):
-            out[d] = np.percentile(there, [1.0, 99.0])
+        there = seen[:, d]
+        if there.sum() >= LEAST_FRAMES:
+            low = np.percentile(angles[there, d] + 2.0 * sigma[there, d], 1.0)
+            high = np.percentile(angles[there, d] - 2.0 * sigma[there, d], 99.0)
+            middle = np.median(angles[there, d])
+            out[d] = min(low, middle), max(high, middle)
     return out
+
+
+def _angle_sigmas(known: Known, fits: Fit, frames: Frames) -> Floats:
+    """(T, D) [rad] how well each angle is known, the hand taken as known."""
+    body = known.pose_prior.body(known.model)
+    out = np.zeros((len(frames), ROOT_DOFS + len(known.model.tree.hinges)))
+    bundle.pose_sigmas(
+        fits.poses,
+        frames.targets,
+        frames.seen / known.sigma_m**2,
+        known.soft,
+        body,
+        bundle.make_room(body),
+        out,
+    )
+    return out[:, ROOT_DOFS:]
 
 
 def learnt(problem: Problem, adjusted: Adjusted) -> Floats:
