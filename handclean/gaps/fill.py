@@ -88,9 +88,10 @@ def fill(
 
     The take is solved anew from its measured samples; samples filled earlier count as
     missing, so that filling twice is filling once. Measured samples come back bit for
-    bit. Only the default method knows its sigma. What a tracker rejected (origin 3) and a fill replaces goes to the unlabelled
-    points. The bridged motion comes with the take, under ``name``: hinges of which
-    neither markers nor a bridge know anything have no ``angles_sigma``.
+    bit. What a tracker rejected (origin 3) and a fill replaces goes to the unlabelled
+    points. Samples filled by the default method have a sigma: the root mean square
+    distance to be expected from the truth. The bridged motion comes with the take; its
+    hinges have no ``angles_sigma`` where neither markers nor a bridge decide them.
 
     Parameters
     ----------
