@@ -32,7 +32,7 @@ slow: $(READY) ## the tests that take minutes
 bench: $(READY) ## time it; writes tests/bench/RESULTS.md
 	$(RUN) tests/bench/run.py
 
-demo: $(READY) ## clean the sample sessions and say what came out
+demo: $(READY) ## clean the sample sessions and compare with the truth
 	$(RUN) -m handclean warm
 	@rm -rf demo_out
 	@for subject in sample_sessions/*.subject.h5; do \
@@ -41,6 +41,9 @@ demo: $(READY) ## clean the sample sessions and say what came out
 			take=$${truth##*/}; take=$${take%.truth.h5}; \
 			$(RUN) -m handclean clean "sample_sessions/$$take.c3d" \
 				-o "demo_out/$$take.h5" --subject "$$subject" || exit; \
+			for known in "sample_sessions/$$take.labelled.c3d" "$$truth"; do \
+				$(RUN) -m handclean compare -q "$$known" "demo_out/$$take.h5" || exit; \
+			done; \
 		done; \
 	done
 

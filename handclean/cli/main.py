@@ -28,6 +28,7 @@ COMMANDS = {
     "range-of-motion takes.",
     "learn subspace": "Learn a posture prior from joint angles.",
     "simulate": "Make takes with known truth.",
+    "compare": "Say how far a take is from a reference: labels, markers, joint angles.",
     "convert": "Convert takes from any format into any other.",
     "warm": "Compile and cache the kernels, once per installation.",
 }

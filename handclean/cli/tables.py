@@ -15,6 +15,7 @@ TABLES: dict[str, str] = {
     "solve": "handclean.ik.settings:SolveConfig",
     "calibrate-hand-markers": "handclean.subject.settings:CalibrateConfig",
     "learn-subspace": "handclean.pipeline.choices:LearnConfig",
+    "compare": "handclean.report.settings:CompareConfig",
     "simulate": "handclean.simulation.settings:SimulateConfig",
 }
 """Table of the file and its settings class, as "module:class"; imported on demand."""

@@ -147,7 +147,7 @@ class Report:
     Attributes
     ----------
     status : "done", "skipped" or "failed".
-    line : what was done, in a few words.
+    line, details : what was done, in a few words, and at length.
     figures : plain JSON values.
     warnings : what its owner should know, one line each.
     error : one line, when failed.
@@ -158,6 +158,7 @@ class Report:
 
     status: str
     line: str = ""
+    details: str = ""
     figures: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     error: str = ""

@@ -37,6 +37,8 @@ class Console:
             self._result(json.dumps(_object(task, report), allow_nan=False))
         elif report.status != "failed":
             self._result(_line(task, report))
+            if report.details and not self._quiet:
+                self._result(report.details)
         if not self._quiet:
             for warning in report.warnings:
                 self.note(f"{where}: warning: {warning}")
@@ -85,8 +87,9 @@ def _object(task: Task, report: Report) -> dict[str, Any]:
 
 def _line(task: Task, report: Report) -> str:
     inputs = task.sources[0].name
-    if task.reduces and len(task.sources) > 1:
-        inputs = f"{len(task.sources)} inputs"
+    if task.reduces:
+        few = ", ".join(source.name for source in task.sources)
+        inputs = few if len(task.sources) <= 2 else f"{len(task.sources)} inputs"
     arrow = f" -> {task.outputs[0]}" if task.outputs else ""
     skipped = "skipped, as before: " if report.status == "skipped" else ""
     return " ".join(f"{inputs}{arrow}: {skipped}{report.line}".splitlines())

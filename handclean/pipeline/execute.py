@@ -10,7 +10,7 @@ from typing import Any
 import threadpoolctl
 
 from handclean.errors import HandcleanError
-from handclean.pipeline import outputs, record
+from handclean.pipeline import outputs, record, require
 from handclean.pipeline.batch import Report, Source, Task, Work
 from handclean.pipeline.outcome import Outcome
 from handclean.pipeline.outputs import State
@@ -93,6 +93,7 @@ def _done(
     return Report(
         status="done",
         line=outcome.line,
+        details=outcome.details,
         figures=figures,
         warnings=(*outcome.warnings, *lost),
     )
@@ -105,8 +106,8 @@ def _outcome(work: Work, task: Task) -> Outcome:
         given: Source | tuple[Source, ...]
         given = task.sources if task.reduces else task.sources[0]
         outcome = step(given, work.settings)
-    unknown = set(outcome.figures) - set(module.FIGURES)
-    assert not unknown, f"figures without a meaning: {sorted(unknown)}"
+    unknown = [n for n in outcome.figures if not require.is_known(n, module.FIGURES)]
+    assert not unknown, f"figures without a meaning: {unknown}"
     assert len(outcome.writers) == len(task.outputs), "a writer for each output"
     return outcome
 

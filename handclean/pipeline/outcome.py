@@ -4,7 +4,8 @@ A step is a function of its module's name in ``handclean.pipeline.steps``:
 ``convert(source, settings) -> Outcome`` when its command maps, and
 ``learn_subspace(sources, settings) -> Outcome`` when it reduces. It reads, calls the
 algorithms and says what came out; it neither prints nor writes. Beside it stands
-``FIGURES``, the name and meaning of every figure it may report.
+``FIGURES``, the name and meaning of every figure it may report; a star in a name stands
+for anything.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,6 +28,7 @@ class Outcome:
     Attributes
     ----------
     line : what was done, in a few words: "filled 31 gaps, left 4 open".
+    details : the same at length, for people, on lines of their own.
     figures : plain values by name; the same input gives the same figures, so how
         long it took is none of them.
     warnings : what the owner of the input should know, one line each.
@@ -35,6 +37,7 @@ class Outcome:
     """
 
     line: str
+    details: str = ""
     figures: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     writers: tuple[Writer, ...] = ()

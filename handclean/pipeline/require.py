@@ -4,6 +4,7 @@ import operator
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from typing import Any
 
 from handclean.errors import UnknownSettingError, UsageError
@@ -37,6 +38,11 @@ class Condition:
         return f"{self.figure} is {said}, required {self.sign} {self.value:g}"
 
 
+def is_known(name: str, known: Collection[str]) -> bool:
+    """Whether a figure is one of those known, or fits one with a star."""
+    return any(fnmatchcase(name, pattern) for pattern in known)
+
+
 def parse(text: str, known: Collection[str]) -> Condition:
     """Read a condition on one of the figures that are known.
 
@@ -55,6 +61,6 @@ def parse(text: str, known: Collection[str]) -> Condition:
         raise UsageError(
             f"--require {text}: the value should be a number, not '{number}'"
         ) from None
-    if name not in known:
+    if not is_known(name, known):
         raise UnknownSettingError("--require", "figure", name, known)
     return Condition(figure=name, sign=sign, value=value)

@@ -22,6 +22,7 @@ from handclean.pipeline.choices import (
 from handclean.pipeline.execute import execute
 from handclean.pipeline.steps import simulate
 from handclean.recording import Origin
+from handclean.report.settings import CompareConfig
 from handclean.simulation.settings import SimulateConfig
 from handclean.subject.settings import CalibrateConfig
 
@@ -134,6 +135,19 @@ def test_the_chain_is_its_steps_one_after_the_other(simulated, cleaned, tmp_path
     assert (one_by_one.markers.origin == Origin.FILLED).sum() == (
         figures["filled_samples"]
     )
+
+
+def test_comparing_with_the_truth_says_how_good_the_chain_is(simulated, cleaned):
+    pair = (simulated / "truth" / "S01_001.h5", simulated / "cleaned.h5")
+    task = Task(sources=tuple(Source(path=path) for path in pair), reduces=True)
+    figures = done("compare", CompareConfig(), task).figures
+    assert figures["measured_mean_mm"] < 0.5
+    assert figures["angles_mean_deg"] < 1.5
+    assert figures["swaps"] == 0
+    same = tuple(Source(path=pair[1]) for _ in range(2))
+    figures = done("compare", CompareConfig(), Task(sources=same, reduces=True)).figures
+    assert figures["f1"] == 1.0
+    assert figures["measured_mean_mm"] == figures["angles_mean_deg"] == 0.0
 
 
 def test_solving_adds_the_motion_of_measured_markers(simulated, tmp_path):

@@ -324,7 +324,7 @@ def test_reducing_gives_one_output_for_all(inputs, capfd):
     batch = Batch(inputs=paths, output="all.csv")
     work = Work(command="tally", step="tally")
     assert many.reduce(work, batch, (".csv",)) == 0
-    assert capfd.readouterr().out == "2 inputs -> all.csv: 3 words\n"
+    assert capfd.readouterr().out == "in/a.txt, in/b.txt -> all.csv: 3 words\n"
     assert Path("all.csv").read_text() == "ONE TWO WORDS"
     assert many.reduce(work, batch, (".csv",)) == 0
     assert "skipped" in capfd.readouterr().out

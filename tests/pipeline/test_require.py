@@ -30,6 +30,13 @@ def test_a_condition_compares_a_figure_with_a_number(text, met):
     assert (condition.unmet(FIGURES) == "") == met
 
 
+def test_a_star_stands_for_anything():
+    condition = require.parse("right.angles_mean_deg<=1", ["*angles_*_deg"])
+    assert condition.figure == "right.angles_mean_deg"
+    with pytest.raises(UsageError):
+        require.parse("right.angles_mean_mm<=1", ["*angles_*_deg"])
+
+
 def test_what_is_unmet_says_what_it_is():
     assert require.parse("residual_mm<=0.1", FIGURES).unmet(FIGURES) == (
         "residual_mm is 0.5, required <= 0.1"

@@ -1,0 +1,29 @@
+"""``handclean compare``."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+from handclean.report.settings import CompareConfig
+
+
+@click.command("compare")
+@click.argument("reference", type=options.PATH)
+@click.argument("test", type=options.PATH)
+@options.settings("compare", CompareConfig)
+@options.batch([options.rate, options.unit, options.lenient], options.TELLING)
+def command(batch: Batch, reference: Path, test: Path, settings: CompareConfig) -> int:
+    """Say how far a take is from a reference: labels, markers, joint angles.
+
+    With --quiet on one line.
+
+    \b
+    Example:
+        handclean compare truth.h5 take_07.h5 --require "f1>=0.99"
+    """
+    batch = replace(batch, inputs=(reference, test))
+    return many.reduce(Work.of("compare", batch, settings), batch, suffixes=())
