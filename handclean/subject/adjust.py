@@ -81,7 +81,7 @@ class Problem:
     Attributes
     ----------
     template : the expected hand.
-    expect : how far from it a hand may be.
+    expect : how far from it a hand may be; tilt_rad : (D,) [rad] its axes especially.
     pose_prior : what is expected of the mean posture.
     targets : (T, M, 3) [m], finite; seen : (T, M) what of them is measured.
     camera_m : [m] noise of a marker, each way, that changes from frame to frame.
@@ -91,6 +91,7 @@ class Problem:
 
     template: Model
     expect: Expectation
+    tilt_rad: Floats
     pose_prior: PosePrior
     targets: Floats
     seen: Bools
@@ -256,7 +257,7 @@ def _cost(problem: Problem, shape: Shape, poses: Floats, weights: _Weights) -> f
     body = weights.pose_prior.body(shape.model)
     room, each = bundle.make_room(body), np.zeros(len(poses))
     bundle.costs(poses, problem.targets, weights.marker, weights.soft, body, room, each)
-    errors, _ = prior(shape, problem.template, problem.expect)
+    errors, _ = prior(shape, problem.template, problem.expect, problem.tilt_rad)
     return float(each.sum()) + weights.prior * float(errors @ errors)
 
 
@@ -296,7 +297,7 @@ def _equations(
     """Linearise and eliminate the poses; ``damping`` is theirs."""
     body = weights.pose_prior.body(shape.model)
     frames, size = len(poses), pose_numbers(shape.model)
-    errors, rows = prior(shape, problem.template, problem.expect)
+    errors, rows = prior(shape, problem.template, problem.expect, problem.tilt_rad)
     numbers = rows.shape[1]
     lower = np.zeros((frames, size, size))
     reduced = np.zeros((frames, size, numbers))

@@ -4,7 +4,8 @@
 2. A first adjustment over frames spread evenly in time; with it the pose of every
    candidate frame, and so which frames differ, and which samples are mislabelled.
 3. Frames are chosen far from each other and the hand adjusted, without the blocks of
-   time kept aside; these then measure the error.
+   time kept aside; these then measure the error. Axes of joints that moved so little
+   that nothing was learnt about them are set back to the template's.
 4. The same once more with all frames: that hand is the result. Its held-out error is
    the one of step 3, which knew less.
 """
@@ -14,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handclean.arrays import Floats, Ints
+from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import UsageError
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model, marker_positions, neutral_pose
@@ -25,6 +26,7 @@ from handclean.subject import findings, judge
 from handclean.subject.adjust import Adjusted, Known, Problem, adjust, residuals
 from handclean.subject.findings import CalibrationReport
 from handclean.subject.frames import (
+    LEAST_FRAMES,
     Frames,
     camera_noise,
     farthest,
@@ -35,7 +37,7 @@ from handclean.subject.frames import (
 )
 from handclean.subject.judge import Fit, HeldOut
 from handclean.subject.settings import CalibrateConfig
-from handclean.subject.shape import SIZES, Expectation, Shape
+from handclean.subject.shape import SIZES, Expectation, Shape, tilt_sigmas
 from handclean.subject.start import first_poses, guess, loose, scaled
 from handclean.tree import POSE_HEAD
 
@@ -44,6 +46,12 @@ GUESS_FRAMES = 12
 
 CANDIDATES = 1200
 """Frames that are looked at when frames are chosen, and when errors are measured."""
+
+LEAST_CLEAN = 0.3
+"""Share of the candidates that must fit well for the others to be left out."""
+
+HELD_RAD = 0.005
+"""[rad] how far the axis of a joint that hardly moved may tilt."""
 
 START_M = 0.005
 """[m] noise the first adjustment starts with: the template is not better than that."""
@@ -146,12 +154,23 @@ def measure(subject: Subject, takes: Sequence[Recording]) -> HeldOut:
 
 @dataclass(frozen=True, kw_only=True)
 class _Learned:
-    """A hand, the adjustment it comes from, and how it fits what frames there were."""
+    """A hand and what it was learnt from.
+
+    Attributes
+    ----------
+    problem, adjusted : the last adjustment.
+    candidates, fit : the frames it chose from, and how the hand fits them.
+    went : (D, 2) [rad] from where to where hinges went.
+    left : (D,) hinges that moved so little that their axes were left alone.
+    iterations : steps of all adjustments.
+    """
 
     problem: Problem
     adjusted: Adjusted
     candidates: Frames
     fit: Fit
+    went: Floats
+    left: Bools
     iterations: int
 
 
@@ -165,13 +184,15 @@ class _Task:
 
     def problem(self, frames: Frames) -> Problem:
         """Return the adjustment of the hand over these frames."""
+        expect = Expectation(
+            length=self.settings.length,
+            place_m=self.settings.place_m,
+            tilt_rad=self.settings.tilt_rad,
+        )
         return Problem(
             template=self.template,
-            expect=Expectation(
-                length=self.settings.length,
-                place_m=self.settings.place_m,
-                tilt_rad=self.settings.tilt_rad,
-            ),
+            expect=expect,
+            tilt_rad=tilt_sigmas(self.template, expect),
             pose_prior=loose(self.template),
             targets=frames.targets,
             seen=frames.seen,
@@ -186,26 +207,48 @@ class _Task:
         some = candidates.only(thinned(candidates, self.settings.frames // 2))
         poses, _ = first_poses(shape.model, some.targets, some.seen)
         rough = adjust(self.problem(some), shape, poses, START_M, final=False)
-        poses = judge.fit(rough.known, candidates).poses
-        rows = self.spread(rough.shape.model, poses)
-        chosen = candidates.only(rows)
+        fits = judge.fit(rough.known, candidates)
+        rows = self.chosen(rough.shape.model, fits)
+        problem = self.problem(candidates.only(rows))
         sigma_m = 2.0 * rough.known.sigma_m
-        final = adjust(self.problem(chosen), rough.shape, poses[rows], sigma_m)
+        final = adjust(problem, rough.shape, fits.poses[rows], sigma_m)
+        tried = rough.iterations + final.iterations
+        fits = judge.fit(final.known, candidates)
+        went = judge.ranges(final.known, fits, candidates)
+        left = judge.unmoved(went, self.settings.moved_rad)
+        left &= judge.unlearnt(problem, final)
+        if left.any():
+            held = np.where(left, HELD_RAD, problem.tilt_rad)
+            problem = replace(problem, tilt_rad=held)
+            sigma_m = final.known.sigma_m
+            final = adjust(problem, final.shape, final.poses, sigma_m)
+            tried += final.iterations
+            fits = judge.fit(final.known, candidates)
+            went = judge.ranges(final.known, fits, candidates)
         return _Learned(
-            problem=self.problem(chosen),
+            problem=problem,
             adjusted=final,
             candidates=candidates,
-            fit=judge.fit(final.known, candidates),
-            iterations=rough.iterations + final.iterations,
+            fit=fits,
+            went=went,
+            left=left,
+            iterations=tried,
         )
 
-    def spread(self, model: Model, poses: Floats) -> Ints:
-        """Rows of poses whose postures differ; the root's motion does not count."""
-        still = poses.copy()
+    def chosen(self, model: Model, fits: Fit) -> Ints:
+        """Rows of frames whose postures differ; the root's motion does not count.
+
+        Frames with a doubtful sample are left out, unless most are like that.
+        """
+        rows = np.flatnonzero(fits.clean)
+        if len(rows) < max(LEAST_FRAMES, LEAST_CLEAN * len(fits.clean)):
+            rows = np.arange(len(fits.clean))
+        still = fits.poses[rows]
         still[:, :POSE_HEAD] = neutral_pose(model.tree)[:POSE_HEAD]
-        places = marker_positions(model, still).reshape(len(poses), -1)
+        places = marker_positions(model, still).reshape(len(rows), -1)
         places /= np.sqrt(len(model.labels))
-        return farthest(places, self.settings.frames, self.settings.novel_m)[0]
+        settings = self.settings
+        return rows[farthest(places, settings.frames, settings.novel_m)[0]]
 
     def report(
         self,
@@ -217,11 +260,9 @@ class _Task:
         """Put figures and words together."""
         adjusted, problem = learned.adjusted, learned.problem
         model = adjusted.shape.model
-        went = judge.ranges(learned.adjusted.known, learned.fit, learned.candidates)
-        known = judge.learnt(problem, adjusted)
-        poorly, more = findings.words_on_joints(
-            model.tree, went, known, self.settings.moved_rad
-        )
+        went, hinges = learned.went, model.tree.hinges
+        still = judge.unmoved(went, self.settings.moved_rad)
+        more = findings.words_on_joints(hinges, went, still, learned.left)
         found, sigma = judge.lengths(adjusted)
         train = residuals(model, adjusted.poses, problem.targets, problem.seen)
         by_marker = zip(model.labels, heldout.by_marker_m.tolist(), strict=True)
@@ -242,8 +283,8 @@ class _Task:
             camera_noise_m=self.camera_m,
             lengths_m=found,
             lengths_sigma_m=sigma,
-            moved_rad=dict(zip(model.tree.hinges, moved.tolist(), strict=True)),
-            poorly_moved=poorly,
+            moved_rad=dict(zip(hinges, moved.tolist(), strict=True)),
+            poorly_moved=tuple(hinges[d] for d in np.flatnonzero(still)),
             iterations=learned.iterations,
             warnings=(*more, *words),
         )
@@ -254,8 +295,7 @@ def _subject(
 ) -> Subject:
     """Make the subject that solvers use."""
     model = learned.adjusted.shape.model
-    went = judge.ranges(learned.adjusted.known, learned.fit, learned.candidates)
-    limits = judge.widened(model.tree, went)
+    limits = judge.widened(model.tree, learned.went)
     tree = replace(model.tree, limits=limits, scale=report.size, subject=name)
     errors = {
         "frames_used": float(report.frames_used),

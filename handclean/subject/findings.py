@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from handclean.arrays import Floats
+from handclean.arrays import Bools, Floats
 from handclean.subject.frames import LEAST_FRAMES, Frames
-from handclean.subject.judge import LITTLE_LEARNT, Fit
+from handclean.subject.judge import Fit
 from handclean.tree import ROOT_DOFS, JointTree
 
 NOISY_M = 0.001
@@ -61,26 +61,28 @@ class CalibrationReport:
 
 
 def words_on_joints(
-    tree: JointTree, went: Floats, known: Floats, moved_rad: float
-) -> tuple[tuple[str, ...], list[str]]:
-    """Name the hinges that moved too little, with a sentence on each."""
-    names, words = [], []
-    for name, (low, high), part in zip(tree.hinges, went, known, strict=True):
-        if np.isfinite(low) and high - low >= moved_rad:
-            continue
-        names.append(name)
-        verb = "are" if part > LITTLE_LEARNT else "lean on"
-        if np.isfinite(low):
-            degrees = f"{np.degrees(high - low):.0f} degrees"
-            words.append(
-                f"{name} moved only {degrees}: its axis and place {verb} the template's"
-            )
+    hinges: tuple[str, ...], went: Floats, still: Bools, left: Bools
+) -> list[str]:
+    """Say which joints moved too little.
+
+    Parameters
+    ----------
+    went : (D, 2) [rad] from where to where, NaN where hardly a marker shows it.
+    still : (D,) which moved too little; left : (D,) whose axes were left alone.
+    """
+    words = []
+    for d in np.flatnonzero(still):
+        verb = "are" if left[d] else "lean on"
+        if np.isfinite(went[d]).all():
+            degrees = f"{np.degrees(went[d, 1] - went[d, 0]):.0f} degrees"
+            what = f"{hinges[d]} moved only {degrees}"
         else:
-            words.append(
-                f"{name}: no marker beyond it was measured in {LEAST_FRAMES} frames or "
-                f"more: its axis and place {verb} the template's"
+            what = (
+                f"{hinges[d]}: no marker beyond it was measured in {LEAST_FRAMES} "
+                "frames or more"
             )
-    return tuple(names), words
+        words.append(f"{what}: its axis and place {verb} the template's")
+    return words
 
 
 def words_on_markers(

@@ -14,7 +14,7 @@ from handclean.hand.model import Model
 from handclean.kernels import bundle
 from handclean.subject.adjust import Adjusted, Known, Problem, residuals
 from handclean.subject.frames import LEAST_FRAMES, Frames
-from handclean.subject.shape import sections, tilt_sigmas
+from handclean.subject.shape import sections
 from handclean.subject.start import OUTLIER_M, first_poses, fitted
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
@@ -43,6 +43,11 @@ class Fit:
     poses: Floats
     distance: Floats
     doubtful: Bools
+
+    @property
+    def clean(self) -> Bools:
+        """(T,) frames without a doubtful sample."""
+        return np.asarray(~self.doubtful.any(axis=1))
 
     @property
     def kept(self) -> Floats:
@@ -147,13 +152,13 @@ def shown(model: Model, seen: Bools) -> Bools:
 
 
 def ranges(known: Known, fits: Fit, frames: Frames) -> Floats:
-    """(D, 2) [rad] from where to where hinges went beyond doubt.
+    """(D, 2) [rad] from where to where hinges went beyond doubt, in clean frames.
 
     The ends leave out one frame in a hundred and are drawn in by twice the standard
     deviation of an angle, so that noise is not taken for motion. NaN if markers show
     the hinge in fewer than `LEAST_FRAMES`.
     """
-    seen = shown(known.model, frames.seen & ~fits.doubtful)
+    seen = shown(known.model, frames.seen) & fits.clean[:, None]
     angles, sigma = fits.poses[:, POSE_HEAD:], _angle_sigmas(known, fits, frames)
     out = np.full((angles.shape[1], 2), np.nan)
     for d in range(len(out)):
@@ -182,13 +187,17 @@ def _angle_sigmas(known: Known, fits: Fit, frames: Frames) -> Floats:
     return out[:, ROOT_DOFS:]
 
 
-def learnt(problem: Problem, adjusted: Adjusted) -> Floats:
-    """(D,) standard deviation of each axis' tilt against what it was before."""
+def unlearnt(problem: Problem, adjusted: Adjusted) -> Bools:
+    """(D,) whether an axis' tilt is hardly better known than before."""
     start, count = sections(problem.template)[:2]
     spread = np.diag(adjusted.covariance)[start : start + count].reshape(-1, 2)
-    before = tilt_sigmas(problem.template, problem.expect)
-    known: Floats = np.sqrt(spread.mean(axis=1)) / before
-    return known
+    known = np.sqrt(spread.mean(axis=1)) / problem.tilt_rad
+    return np.asarray(known > LITTLE_LEARNT)
+
+
+def unmoved(went: Floats, moved_rad: float) -> Bools:
+    """(D,) whether a hinge went through less than ``moved_rad``, or never shows."""
+    return ~(went[:, 1] - went[:, 0] >= moved_rad)
 
 
 def widened(tree: JointTree, went: Floats) -> Floats:

@@ -201,12 +201,15 @@ def tilt_sigmas(model: Model, expect: Expectation) -> Floats:
     return np.where(loose, expect.thumb_tilt_rad, expect.tilt_rad)
 
 
-def prior(shape: Shape, template: Model, expect: Expectation) -> tuple[Floats, Floats]:
+def prior(
+    shape: Shape, template: Model, expect: Expectation, tilt_rad: Floats
+) -> tuple[Floats, Floats]:
     """How far a shape is from what is expected, in standard deviations.
 
     Parameters
     ----------
     template : the expected hand, of size (1, 1).
+    tilt_rad : (D,) [rad] standard deviation of each axis' tilt, see `tilt_sigmas`.
 
     Returns
     -------
@@ -218,7 +221,7 @@ def prior(shape: Shape, template: Model, expect: Expectation) -> tuple[Floats, F
     roots = _offset_roots(template, expect)
     wanted, by_size = expected_offsets(template, shape.sizes)
     joints = np.einsum("bij,bj->bi", roots, tree.offsets[1:] - wanted).ravel()
-    tilts = (tree.axes - template.tree.axes) / tilt_sigmas(template, expect)[:, None]
+    tilts = (tree.axes - template.tree.axes) / tilt_rad[:, None]
     places = (model.at - shape.sizes[0] * template.at) / expect.place_m
     sizes = (shape.sizes - 1.0) / expect.size
     rows = np.zeros((len(joints) + tilts.size + places.size + SIZES, at[-1]))
@@ -227,7 +230,7 @@ def prior(shape: Shape, template: Model, expect: Expectation) -> tuple[Floats, F
         rows[3 * b : 3 * b + 3, at[3] :] = -root @ by_size[b]
     start = len(joints)
     across = tangents(tree.axes)
-    for d, sigma in enumerate(tilt_sigmas(template, expect)):
+    for d, sigma in enumerate(tilt_rad):
         turned = np.cross(across[d].T, tree.axes[d]).T / sigma
         row, col = start + 3 * d, at[1] + 2 * d
         rows[row : row + 3, col : col + 2] = turned
