@@ -32,12 +32,14 @@ slow: $(READY) ## the tests that take minutes
 bench: $(READY) ## time it; writes tests/bench/RESULTS.md
 	$(RUN) tests/bench/run.py
 
-demo: $(READY) ## clean the sample sessions and compare with the truth
+demo: $(READY) ## calibrate, clean and score the sample sessions
 	$(RUN) -m handclean warm
 	@rm -rf demo_out
-	@for subject in sample_sessions/*.subject.h5; do \
-		person=$${subject##*/}; person=$${person%.subject.h5}; \
-		for truth in sample_sessions/"$$person"_*.truth.h5; do \
+	@for rom in sample_sessions/*_rom.c3d; do \
+		take=$${rom##*/}; subject=demo_out/$${take%%_*}.subject.h5; \
+		$(RUN) -m handclean calibrate-hand markers "$$rom" \
+			--marker-set maycock26 -o "$$subject" || exit; \
+		for truth in sample_sessions/"$${take%%_*}"_*.truth.h5; do \
 			take=$${truth##*/}; take=$${take%.truth.h5}; \
 			$(RUN) -m handclean clean "sample_sessions/$$take.c3d" \
 				-o "demo_out/$$take.h5" --subject "$$subject" || exit; \
