@@ -8,27 +8,36 @@ to fill) would explain distinctly more.
 
 So a marker further out decides the chain it hangs on (Maycock 2015 section III-C) as
 far as the geometry allows, and a joint without any marker beyond it is not affected by
-anything, except through the posture subspace: with a prior, joints that follow it are
-affected in every frame in which some other joint is (Schroeder 2017, "Fully automatic
-tracking").
+anything, except through the posture subspace: with a prior, joints that only follow it
+(of which markers explain less than `TOLD`) are affected in every frame in which some
+other joint is (Schroeder 2017, "Fully automatic tracking").
+
+That is said of small steps. A chain may also have two postures for one place of its
+marker, an elbow up and an elbow down, and inverse kinematics may change over while a
+marker that tells them apart is missing. Hinges that jump where such a marker vanishes
+or comes back are therefore affected as well, see `doubt_jumps`.
 
 The Jacobian is taken once per stretch of frames in which the same markers are in sight,
 or several times in a long one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from handclean.arrays import Bools, Floats
+from handclean.gaps.runs import runs
 from handclean.gaps.spread import spread
 from handclean.hand.model import Model
 from handclean.ik.frames import LOOSE
-from handclean.tree import ROOT_DOFS
+from handclean.tree import POSE_HEAD, ROOT_DOFS
 
 DECIDED = 0.9
 """Share of its variance that markers must explain for a joint to count as known."""
+
+TOLD = 0.5
+"""Share below which a joint counts as one that markers say nothing of."""
 
 DISTINCT = 0.05
 """How much more of it the missing markers should explain for them to matter."""
@@ -38,6 +47,9 @@ ROOT_SPREAD = (0.05, 0.5)
 
 LONGEST = 100
 """Frames for which one Jacobian serves."""
+
+JUMP = (0.15, 4.0)
+"""[rad] a jump is more than this and so many times the steps just beside it."""
 
 LEAST = 3
 """Markers without which inverse kinematics keeps the pose it had."""
@@ -90,34 +102,56 @@ def decide(
     """
     stretches = _stretches(seen, expected)
     starts = np.array([start for start, _ in stretches], dtype=np.int64)
-    middles = poses[[(start + stop) // 2 for start, stop in stretches]]
-    here, hoped = seen[starts], expected[starts]
+    stops = np.array([stop for _, stop in stretches], dtype=np.int64)
+    middles, here, hoped = poses[(starts + stops) // 2], seen[starts], expected[starts]
     precision = np.tile(prior_precision(len(model.tree.hinges)), (len(starts), 1))
-    ask = np.zeros(here.shape, dtype=bool)
-    nominal = nominal_m**-2.0
-    share, share_hoped, variance = (
-        spread(model, middles, weight, precision, ask)[0] * scale
-        for weight, scale in (
-            (here * nominal, precision),
-            (hoped * nominal, precision),
-            (here / noise**2, 1.0),
-        )
+    ask, nominal = np.zeros(here.shape, dtype=bool), nominal_m**-2.0
+    left, left_hoped, variance = (
+        spread(model, middles, weight, precision, ask)[0]
+        for weight in (here * nominal, hoped * nominal, here / noise**2)
     )
-    weak = share > 1.0 - DECIDED
-    sigma = np.where(weak, np.nan, np.sqrt(variance))[:, ROOT_DOFS:]
+    left, left_hoped = left * precision, left_hoped * precision
+    weak, untold = left > 1.0 - DECIDED, left > 1.0 - TOLD
+    sigma = np.where(untold, np.nan, np.sqrt(variance))[:, ROOT_DOFS:]
     missing = np.any(here != hoped, axis=1)
-    touched = weak & (share > share_hoped + DISTINCT) & missing[:, None]
+    touched = weak & (left > left_hoped + DISTINCT) & missing[:, None]
     few = (here.sum(axis=1) < LEAST) & (hoped.sum(axis=1) >= LEAST)
     touched[few] = True
     if follows:
         linked = touched.any(axis=1)
-        touched[linked, ROOT_DOFS:] |= weak[linked, ROOT_DOFS:]
-    lengths = np.diff(np.append(starts, len(poses)))
+        touched[linked, ROOT_DOFS:] |= untold[linked, ROOT_DOFS:]
+    lengths = stops - starts
     return Decided(
         affected=np.repeat(touched[:, ROOT_DOFS:], lengths, axis=0),
         root=np.repeat(touched[:, :ROOT_DOFS].any(axis=1), lengths),
         sigma=np.repeat(sigma, lengths, axis=0),
     )
+
+
+def doubt_jumps(
+    decided: Decided, model: Model, poses: Floats, seen: Bools, expected: Bools
+) -> Decided:
+    """Count hinges that jump where markers they move vanish or come back as affected.
+
+    Parameters
+    ----------
+    poses : (T, 7 + D) as solved; seen, expected : (T, M)
+    """
+    angles, affected = poses[:, POSE_HEAD:], decided.affected.copy()
+    moves = model.tree.carried_by()[model.bone]
+    missing = expected & ~seen
+    steps = np.abs(np.diff(angles, axis=0, prepend=angles[:1]))
+    for start, stop in runs(np.asarray(missing.any(axis=1))):
+        if start == 0 or stop == len(poses):
+            continue
+        beside = np.concatenate(
+            [steps[max(start - 5, 0) : start], steps[stop + 1 :][:5]]
+        )
+        usual = beside.max(axis=0, initial=0.0)
+        jumps = np.maximum(steps[start], steps[stop]) > JUMP[0] + JUMP[1] * usual
+        within = missing[start:stop] @ moves  # (n, D) markers that hinges lack
+        affected[start:stop] |= jumps & within
+    return replace(decided, affected=affected)
 
 
 def _stretches(seen: Bools, expected: Bools) -> list[tuple[int, int]]:

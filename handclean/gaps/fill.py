@@ -45,7 +45,7 @@ class FillFigures:
     gaps : gaps of the subject's markers; filled : how many of them were filled.
     missing_samples, filled_samples : samples in all gaps, in the filled ones.
     longest_filled_s : [s]
-    sigma_m : [m] median sigma of filled samples, NaN if there are none.
+    sigma_m : [m] median sigma of filled samples, 0 if none has one.
     bridged_frames : frames in which some joint or the root was interpolated.
     reasons : how many gaps were left open, by reason.
     """
@@ -128,18 +128,21 @@ def fill(
     seen = seen_in(positions)
     gaps = [gap for gap in gaps_of(seen, limits) if gap.column in columns]
     solution = solve_markers(model, positions, prior=prior, settings=solve)
+    noise = marker_noise(model, positions, solution, subject.marker_sigma)
     posture = bridge_posture(
         model,
         positions,
         _expected(seen, gaps),
         solution,
-        marker_noise(model, positions, solution, subject.marker_sigma),
+        noise,
         limits,
         follows=prior is not None,
         settings=solve,
     )
     away = positions - marker_positions(model, posture.poses)
-    scene = Scene(positions=positions, model=model, posture=posture, limits=limits)
+    scene = Scene(
+        positions=positions, model=model, posture=posture, limits=limits, noise=noise
+    )
     done = _fill_gaps(scene, gaps, settings.method)
     name = name or model.tree.side or model.tree.kind
     filled = replace(
@@ -225,7 +228,7 @@ def _figures(done: _Filled, posture: Posture, method: str, rate: float) -> FillF
         missing_samples=sum(gap.frames for gap in done.gaps),
         filled_samples=sum(filled),
         longest_filled_s=max(filled, default=0) / rate,
-        sigma_m=float(np.median(sigma)) if len(sigma) else float("nan"),
+        sigma_m=float(np.median(sigma)) if len(sigma) else 0.0,
         bridged_frames=int(bridged.sum()),
         reasons=dict(why.most_common()),
     )

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
-from handclean.gaps.decided import Decided, decide, prior_precision
+from handclean.gaps.decided import Decided, decide, doubt_jumps, prior_precision
 from handclean.gaps.leftovers import PARTIAL, Leftovers, carry, left_over
 from handclean.gaps.paths import Paths, lay_paths, try_bridging
 from handclean.gaps.refine import Targets, placed
@@ -95,6 +95,7 @@ def bridge_posture(
     decided = decide(
         model, solved, seen, expected, noise, settings.prior_m, follows=follows
     )
+    decided = doubt_jumps(decided, model, solved, seen, expected)
     unknown = decided.affected.any(axis=1) | decided.root
     whole = ~(expected & ~seen).any(axis=1)
     tells = np.where(unknown, 0.0, np.where(whole, 1.0, PARTIAL))

@@ -25,6 +25,7 @@ class Scene:
     model : the hand with these markers.
     posture : the take's posture, bridged.
     limits : what may be bridged.
+    noise : (M,) [m] standard deviation of the markers per axis.
     seen : (T, M) which samples are measured.
     """
 
@@ -32,6 +33,7 @@ class Scene:
     model: Model
     posture: Posture
     limits: Limits
+    noise: Floats
     seen: Bools = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
