@@ -23,6 +23,7 @@ from handclean.recording import Event, Motion, Recording, motion_from_poses
 
 FILLERS: dict[str, Filler] = {
     "min-acceleration": follow.follow,
+    "coupled": follow.follow,
     "linear": baselines.linear,
     "cubic": baselines.cubic,
     "spline": baselines.spline,
@@ -137,6 +138,7 @@ def fill(
         noise,
         limits,
         follows=prior is not None,
+        coupled=settings.method == "coupled",
         settings=solve,
     )
     away = positions - marker_positions(model, posture.poses)

@@ -12,8 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Bools, Floats
+from handclean.gaps.coupling import Coupling, couple
 from handclean.gaps.min_acceleration import Bridge, EndFit, bridge
-from handclean.gaps.runs import Cluster, Limits, clusters_of
+from handclean.gaps.runs import Cluster, Gap, Limits, clusters_of
 from handclean.gaps.trial import Law, choose, fits_to_try, shape
 from handclean.tree import POSE_HEAD, JointTree
 
@@ -47,30 +48,42 @@ class Paths:
 
 @dataclass(frozen=True, kw_only=True)
 class Tried:
-    """What a take says about bridging its angles and its root: fits and laws."""
+    """What a take says about bridging its angles and its root: fits and laws.
+
+    ``coupling`` is how its joints go together, if paths are to follow the others.
+    """
 
     angles: tuple[EndFit, Law]
     places: tuple[EndFit, Law]
+    coupling: Coupling | None
 
 
 def try_bridging(
-    poses: Floats, open_hinge: Bools, open_root: Bools, limits: Limits
+    poses: Floats,
+    open_hinge: Bools,
+    open_root: Bools,
+    limits: Limits,
+    *,
+    coupled: bool,
 ) -> Tried:
     """Ask a take how its angles and its root are best bridged.
 
     Parameters
     ----------
     poses : (T, 7 + D); open_hinge : (T, D); open_root : (T,)
+    coupled : whether paths follow joints that are known, see `coupling`.
     """
     longest, rate = limits.longest, limits.rate
     untried = fits_to_try(rate)[0], UNTRIED
-    angles, places = untried, untried
+    angles, places, coupling = untried, untried, None
     if open_hinge.any():
         angles = choose(poses[:, POSE_HEAD:], ~open_hinge, longest, rate)
+        if coupled:
+            coupling = couple(poses[:, POSE_HEAD:], ~open_hinge, longest, angles[0])
     if open_root.any():
         known = np.repeat(~open_root[:, None], 3, axis=1)
         places = choose(poses[:, :3], known, longest, rate)
-    return Tried(angles=angles, places=places)
+    return Tried(angles=angles, places=places, coupling=coupling)
 
 
 def lay_paths(
@@ -89,7 +102,7 @@ def lay_paths(
     open_hinge : (T, D); open_root : (T,)
     """
     poses = solved.copy()
-    hinge_variance, clusters = _lay_hinges(poses, open_hinge, limits, *tried.angles)
+    hinge_variance, clusters = _lay_hinges(poses, open_hinge, limits, tried)
     low, high = tree.limits.T
     poses[:, POSE_HEAD:] = np.clip(poses[:, POSE_HEAD:], low, high)
     root_variance, root_clusters = _lay_root(poses, open_root, limits, *tried.places)
@@ -102,21 +115,31 @@ def lay_paths(
 
 
 def _lay_hinges(
-    poses: Floats, is_open: Bools, limits: Limits, fit: EndFit, law: Law
+    poses: Floats, is_open: Bools, limits: Limits, tried: Tried
 ) -> tuple[Floats, list[Cluster]]:
     """Bridge angles in place; return (T, D) variances and what was found."""
     variance = np.zeros(is_open.shape)
-    columns = np.flatnonzero(is_open.any(axis=0))
     angles, known = poses[:, POSE_HEAD:].copy(), ~is_open
+    fit, law = tried.angles
+    reach = _reach(limits, fit)
     clusters: list[Cluster] = []
-    for column in columns:
+    for column in np.flatnonzero(is_open.any(axis=0)):
         found = clusters_of(known[:, column], limits, int(column))
         clusters += found
         for part in _bridges(angles[:, [column]], known[:, column], found, fit, limits):
-            rows = slice(part.start, part.stop)
-            poses[rows, POSE_HEAD + column] = part.path[:, 0]
-            variance[rows, column] = _along(part, law)
+            rows, path, left = slice(part.start, part.stop), part.path[:, 0], 1.0
+            if tried.coupling is not None and not part.supported:
+                gap = Gap(column=int(column), start=part.start, stop=part.stop)
+                more, left = tried.coupling.guess(angles, known, gap, fit, reach)
+                path = path + more
+            poses[rows, POSE_HEAD + column] = path
+            variance[rows, column] = left * _along(part, law)
     return variance, clusters
+
+
+def _reach(limits: Limits, fit: EndFit) -> int:
+    """[frames] how far from the end of a gap to look for frames to fit."""
+    return max(2 * limits.seed, fit.frames)
 
 
 def _lay_root(
@@ -129,7 +152,7 @@ def _lay_root(
         return variance, []
     places, turns = poses[:, :3].copy(), poses[:, 3:POSE_HEAD].copy()
     for cluster in found:
-        chart, origin = _chart(turns, known, cluster, max(2 * limits.seed, fit.frames))
+        chart, origin = _chart(turns, known, cluster, _reach(limits, fit))
         both = np.hstack([places, chart])
         for part in _bridges(both, known, [cluster], fit, limits):
             rows = slice(part.start, part.stop)
@@ -144,7 +167,7 @@ def _lay_root(
 def _bridges(
     values: Floats, known: Bools, found: list[Cluster], fit: EndFit, limits: Limits
 ) -> list[Bridge]:
-    reach = max(2 * limits.seed, fit.frames)
+    reach = _reach(limits, fit)
     return [
         part
         for cluster in found

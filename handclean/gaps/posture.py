@@ -76,6 +76,7 @@ def bridge_posture(
     limits: Limits,
     *,
     follows: bool,
+    coupled: bool = False,
     settings: SolveConfig | None = None,
 ) -> Posture:
     """Interpolate the posture wherever markers are missing for a short while.
@@ -87,6 +88,7 @@ def bridge_posture(
     solution : inverse kinematics of ``positions``.
     noise : (M,) [m] standard deviation of the markers per axis.
     follows : whether joints that nothing decides follow a posture subspace.
+    coupled : whether paths follow the joints that are known, see `coupling`.
     """
     settings = settings or SolveConfig()
     expect_shape("expected", expected, *positions.shape[:2])
@@ -105,7 +107,7 @@ def bridge_posture(
 
     poses, part = solved.copy(), np.flatnonzero(~whole & ~unknown)
     poses[part] = targets.fitted(part, poses, np.zeros((len(poses), hinges)))
-    paths, poses = _on_paths(model, targets, poses, decided, limits)
+    paths, poses = _on_paths(model, targets, poses, decided, limits, coupled)
     sigma, variance = _spread(model, poses, seen, expected, noise, paths)
     bridged = paths.hinge_variance > 0.0
     bridged_root = paths.root_variance[:, 0] > 0.0
@@ -124,11 +126,16 @@ def bridge_posture(
 
 
 def _on_paths(
-    model: Model, targets: Targets, poses: Floats, decided: Decided, limits: Limits
+    model: Model,
+    targets: Targets,
+    poses: Floats,
+    decided: Decided,
+    limits: Limits,
+    coupled: bool,
 ) -> tuple[Paths, Floats]:
     """Lay paths, refine, and once more from ends that agree with the first round."""
     is_open = decided.affected, decided.root
-    tried = try_bridging(poses, *is_open, limits)
+    tried = try_bridging(poses, *is_open, limits, coupled=coupled)
     first = lay_paths(model.tree, poses, *is_open, limits, tried)
     part = np.flatnonzero(decided.affected.any(axis=1) | decided.root)
     start = first.poses.copy()

@@ -3,7 +3,15 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-METHODS = ("min-acceleration", "linear", "cubic", "spline", "pattern", "rigid")
+METHODS = (
+    "min-acceleration",
+    "coupled",
+    "linear",
+    "cubic",
+    "spline",
+    "pattern",
+    "rigid",
+)
 """Names of the ways to fill; ``handclean.gaps.fill.FILLERS`` holds the functions."""
 
 

@@ -104,7 +104,9 @@ def choose(
     for fit in fits_to_try(rate):
         tried = {}
         for frames in lengths_to_try(longest):
-            error, bend = _errors(samples, int(frames), fit)
+            error, bend = errors_of(samples, int(frames), fit)
+            whole = np.isfinite(error) & np.isfinite(bend)
+            error, bend = error[whole], bend[whole]
             if len(error) >= ENOUGH:
                 tried[int(frames)] = (error, bend)
         if len(tried) < max(len(found), 1):
@@ -117,13 +119,22 @@ def choose(
     return best, Law(lengths=np.array(list(found), dtype=float), floor=floor, gain=gain)
 
 
-def _errors(samples: Floats, frames: int, fit: EndFit) -> tuple[Floats, Floats]:
-    """(N,) errors in the middle of windows, and (N,) bends, where all is known."""
+def errors_of(
+    samples: Floats, frames: int, fit: EndFit, windows: int = WINDOWS
+) -> tuple[Floats, Floats]:
+    """(W, C) what was there minus the bridge, mid-gap, and (W, C) the bridges' bends.
+
+    Parameters
+    ----------
+    samples : (T, C), NaN where not known; so are errors of windows that lack something.
+    frames : length of the gaps.
+    windows : about how many to try.
+    """
     span, width = frames + 1, fit.frames
     first, last = width - 1, len(samples) - width - span
     if last < first:
-        return np.zeros(0), np.zeros(0)
-    step = max(1, (last - first) // WINDOWS)
+        return np.zeros((0, samples.shape[1])), np.zeros((0, samples.shape[1]))
+    step = max(1, (last - first) // windows)
     left = np.arange(first, last + 1, step)
     right, back = left + span, np.arange(width)
     weights = slope_weights(-back, fit.order)
@@ -131,10 +142,8 @@ def _errors(samples: Floats, frames: int, fit: EndFit) -> tuple[Floats, Floats]:
     v1 = -np.tensordot(samples[right[:, None] + back], weights, axes=(1, 0))
     x0, x1 = samples[left], samples[right]
     middle = 0.5 * (x0 + x1) + span / 8.0 * (v0 - v1)
-    error = (middle - samples[left + span // 2]).ravel()
-    bend = bend_of(float(span), x0, v0, x1, v1).ravel()
-    whole = np.isfinite(error) & np.isfinite(bend)
-    return error[whole], np.sqrt(bend[whole])
+    bend = np.sqrt(bend_of(float(span), x0, v0, x1, v1))
+    return samples[left + span // 2] - middle, bend
 
 
 def _law(error: Floats, bend: Floats) -> tuple[float, float]:
