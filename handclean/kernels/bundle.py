@@ -23,7 +23,6 @@ The pose prior holds hinge d towards ``centre`` with weight ``hold`` and pulls i
 to its limits with weight ``bound`` when it is beyond them.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +30,8 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.chain import marker_jacobian, place_links, place_points
-from handclean.kernels.rotations import compose, exponential
+from handclean.kernels.cholesky import backward, factor, forward
+from handclean.kernels.pose_step import move
 from handclean.kernels.shape import shape_jacobian
 
 SPEECHLESS = 1e-9
@@ -208,61 +208,6 @@ def add_shape_equations(
 
 
 @jit
-def factor(square: Floats) -> bool:
-    """Turn the lower triangle of a symmetric matrix into its Cholesky factor.
-
-    Returns
-    -------
-    Whether the matrix was positive definite; if not, it is left half done.
-    """
-    for a in range(square.shape[0]):
-        for b in range(a + 1):
-            total = square[a, b]
-            for k in range(b):
-                total -= square[a, k] * square[b, k]
-            if a > b:
-                square[a, b] = total / square[b, b]
-            elif total > 0.0:
-                square[a, a] = math.sqrt(total)
-            else:
-                return False
-    return True
-
-
-@jit
-def forward(lower: Floats, rows: Floats) -> None:
-    """Replace (P, N) ``rows`` by inv(L) rows, L a lower triangle (P, P)."""
-    for a in range(lower.shape[0]):
-        for k in range(a):
-            if lower[a, k] != 0.0:
-                for n in range(rows.shape[1]):
-                    rows[a, n] -= lower[a, k] * rows[k, n]
-        for n in range(rows.shape[1]):
-            rows[a, n] /= lower[a, a]
-
-
-@jit
-def backward(lower: Floats, vector: Floats) -> None:
-    """Replace (P,) ``vector`` by inv(L)^T vector, L a lower triangle (P, P)."""
-    for a in range(lower.shape[0] - 1, -1, -1):
-        vector[a] /= lower[a, a]
-        for k in range(a):
-            vector[k] -= lower[a, k] * vector[a]
-
-
-@jit
-def move(pose: Floats, step: Floats, out: Floats) -> None:
-    """Write ``pose`` (7 + D,) moved by ``step`` (6 + D,), the root as exp(w) R."""
-    turn = np.zeros(4)
-    exponential(step[3:6], turn)
-    compose(turn, pose[3:7], out[3:7])
-    for n in range(3):
-        out[n] = pose[n] + step[n]
-    for d in range(6, step.shape[0]):
-        out[1 + d] = pose[1 + d] + step[d]
-
-
-@jit
 def costs(
     poses: Floats,
     targets: Floats,
@@ -338,99 +283,3 @@ def follow(
             step[a] = total
         backward(lower[f], step)
         move(poses[f], step, out[f])
-
-
-@jit
-def fit_poses(
-    poses: Floats,
-    targets: Floats,
-    weights: Floats,
-    soft: float,
-    iterations: int,
-    body: Body,
-    room: Room,
-    out: Floats,
-) -> None:
-    """Fit every frame's pose with the hand as it is (Levenberg and Marquardt).
-
-    Parameters
-    ----------
-    poses : (T, 7 + D) starts, overwritten by the results.
-    targets : (T, M, 3); weights : (T, M)
-    out : (T,) final costs, overwritten.
-    """
-    size = poses.shape[1] - 1
-    square, lower = np.zeros((size, size)), np.zeros((size, size))
-    slope, step = np.zeros(size), np.zeros(size)
-    trial = np.zeros(size + 1)
-    for f in range(poses.shape[0]):
-        damping = 1e-3
-        cost = frame_cost(poses[f], targets[f], weights[f], soft, body, room)
-        stale = True
-        for _ in range(iterations):
-            if stale:
-                pose_equations(poses[f], body, room, square, slope)
-                stale = False
-            lower[:] = square
-            for a in range(size):
-                lower[a, a] += damping * square[a, a] + SPEECHLESS
-                step[a] = slope[a]
-            factor(lower)
-            for a in range(size):
-                for k in range(a):
-                    step[a] -= lower[a, k] * step[k]
-                step[a] /= lower[a, a]
-            promise = 0.0
-            for a in range(size):
-                promise += step[a] * step[a]
-            backward(lower, step)
-            move(poses[f], step, trial)
-            after = frame_cost(trial, targets[f], weights[f], soft, body, room)
-            if after <= cost:
-                poses[f] = trial
-                cost = after
-                stale = True
-                damping = max(0.2 * damping, 1e-9)
-            else:
-                damping *= 6.0
-                if damping > 1e8:
-                    break
-            if promise < 1e-9 * (cost + 1e-12):
-                break
-        out[f] = cost
-
-
-@jit
-def pose_sigmas(
-    poses: Floats,
-    targets: Floats,
-    weights: Floats,
-    soft: float,
-    body: Body,
-    room: Room,
-    out: Floats,
-) -> None:
-    """Write the standard deviation of every pose number, the hand taken as known.
-
-    Parameters
-    ----------
-    poses : (T, 7 + D); targets : (T, M, 3); weights : (T, M) [1/m^2]
-    out : (T, P) [m, rad], the square roots of the diagonals of inv(H); overwritten.
-    """
-    size = out.shape[1]
-    lower, line = np.zeros((size, size)), np.zeros(size)
-    inverse = np.zeros((size, size))
-    for f in range(poses.shape[0]):
-        frame_cost(poses[f], targets[f], weights[f], soft, body, room)
-        pose_equations(poses[f], body, room, lower, line)
-        inverse[:] = 0.0
-        for a in range(size):
-            lower[a, a] += SPEECHLESS
-            inverse[a, a] = 1.0
-        factor(lower)
-        forward(lower, inverse)
-        for a in range(size):
-            total = 0.0
-            for b in range(size):
-                total += inverse[b, a] * inverse[b, a]
-            out[f, a] = math.sqrt(total)

@@ -28,15 +28,14 @@ hundreds of frames would move the zero of an angle, which is decided by little e
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from handclean.arrays import Bools, Floats
 from handclean.hand.model import Model, marker_positions
 from handclean.kernels import bundle
-from handclean.kernels.bundle import Body
-from handclean.subject.shape import Expectation, Shape, body_of, pose_numbers, prior
+from handclean.subject.shape import Expectation, PosePrior, Shape, pose_numbers, prior
 
 MEDIAN_OF_NORMS = 1.5382
 """Median length of a vector of three independent standard normal numbers."""
@@ -47,31 +46,6 @@ third of its standard deviation."""
 
 LEAST_NOISE_M = 1e-5
 """[m] residuals are never taken to be smaller: no marker is placed better."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PosePrior:
-    """What is expected of postures.
-
-    Attributes
-    ----------
-    centre, hold : (D,) [rad], [1/rad^2] where hinges are held, and how strongly.
-    limits, bound : (D, 2) [rad], [1/rad^2] beyond what they are held back, and how.
-    """
-
-    centre: Floats
-    hold: float
-    limits: Floats
-    bound: float
-
-    def times(self, factor: float) -> "PosePrior":
-        """Return the same expectation, ``factor`` times as strong."""
-        return replace(self, hold=factor * self.hold, bound=factor * self.bound)
-
-    def body(self, model: Model) -> Body:
-        """Return the model with this expectation, for the bundle kernels."""
-        hold = np.full(len(self.centre), self.hold)
-        return body_of(model, self.centre, hold, self.limits, self.bound)
 
 
 @dataclass(frozen=True, kw_only=True)

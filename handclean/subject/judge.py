@@ -11,7 +11,7 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats
 from handclean.hand.model import Model
-from handclean.kernels import bundle
+from handclean.kernels import bundle, pose_fit
 from handclean.subject.adjust import Adjusted, Known, Problem, residuals
 from handclean.subject.frames import LEAST_FRAMES, Frames
 from handclean.subject.shape import sections
@@ -24,6 +24,9 @@ DOUBT_M = 0.005
 LITTLE_LEARNT = 0.8
 """A tilt whose standard deviation is more than this part of the prior's was not
 learnt."""
+
+RANGE_OF_NOISE = 4.65
+"""Standard deviations between the first and the last hundredth of normal numbers."""
 
 WIDER_RAD = 0.03
 """[rad] by which limits go beyond the range of a joint that went beyond them."""
@@ -152,11 +155,10 @@ def shown(model: Model, seen: Bools) -> Bools:
 
 
 def ranges(known: Known, fits: Fit, frames: Frames) -> Floats:
-    """(D, 2) [rad] from where to where hinges went beyond doubt, in clean frames.
+    """(D, 2) [rad] from where to where hinges went, where no sample is doubtful.
 
-    The ends leave out one frame in a hundred and are drawn in by twice the standard
-    deviation of an angle, so that noise is not taken for motion. NaN if markers show
-    the hinge in fewer than `LEAST_FRAMES`.
+    One frame in a hundred is left out at each end, and what noise adds to the range is
+    taken off, in squares. NaN if markers show the hinge in fewer than `LEAST_FRAMES`.
     """
     seen = shown(known.model, frames.seen) & fits.clean[:, None]
     angles, sigma = fits.poses[:, POSE_HEAD:], _angle_sigmas(known, fits, frames)
@@ -164,10 +166,10 @@ def ranges(known: Known, fits: Fit, frames: Frames) -> Floats:
     for d in range(len(out)):
         there = seen[:, d]
         if there.sum() >= LEAST_FRAMES:
-            low = np.percentile(angles[there, d] + 2.0 * sigma[there, d], 1.0)
-            high = np.percentile(angles[there, d] - 2.0 * sigma[there, d], 99.0)
-            middle = np.median(angles[there, d])
-            out[d] = min(low, middle), max(high, middle)
+            low, high = np.percentile(angles[there, d], [1.0, 99.0])
+            added = RANGE_OF_NOISE * float(np.median(sigma[there, d]))
+            width = np.sqrt(max((high - low) ** 2 - added**2, 0.0))
+            out[d] = 0.5 * (low + high) + 0.5 * width * np.array([-1.0, 1.0])
     return out
 
 
@@ -175,7 +177,7 @@ def _angle_sigmas(known: Known, fits: Fit, frames: Frames) -> Floats:
     """(T, D) [rad] how well each angle is known, the hand taken as known."""
     body = known.pose_prior.body(known.model)
     out = np.zeros((len(frames), ROOT_DOFS + len(known.model.tree.hinges)))
-    bundle.pose_sigmas(
+    pose_fit.pose_sigmas(
         fits.poses,
         frames.targets,
         frames.seen / known.sigma_m**2,

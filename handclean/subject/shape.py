@@ -161,6 +161,31 @@ def _widened(rows: list[list[int]], width: int) -> Ints:
     return np.array([row + [-1] * (width - len(row)) for row in rows], dtype=np.int64)
 
 
+@dataclass(frozen=True, kw_only=True)
+class PosePrior:
+    """What is expected of postures.
+
+    Attributes
+    ----------
+    centre, hold : (D,) [rad], [1/rad^2] where hinges are held, and how strongly.
+    limits, bound : (D, 2) [rad], [1/rad^2] beyond what they are held back, and how.
+    """
+
+    centre: Floats
+    hold: float
+    limits: Floats
+    bound: float
+
+    def times(self, factor: float) -> "PosePrior":
+        """Return the same expectation, ``factor`` times as strong."""
+        return replace(self, hold=factor * self.hold, bound=factor * self.bound)
+
+    def body(self, model: Model) -> Body:
+        """Return the model with this expectation, for the bundle kernels."""
+        hold = np.full(len(self.centre), self.hold)
+        return body_of(model, self.centre, hold, self.limits, self.bound)
+
+
 def expected_offsets(model: Model, sizes: Floats) -> tuple[Floats, Floats]:
     """Offsets of the joints beyond the root on a template of other sizes.
 

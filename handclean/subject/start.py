@@ -15,10 +15,10 @@ from handclean.errors import HandcleanError, UsageError
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model, marker_positions, neutral_pose
 from handclean.hand.template import HAND_LENGTH, template
-from handclean.kernels import bundle
+from handclean.kernels import bundle, pose_fit
 from handclean.kernels.align import align
-from handclean.subject.adjust import PosePrior
 from handclean.subject.frames import Frames
+from handclean.subject.shape import PosePrior
 from handclean.tree import POSE_HEAD
 
 ROUGH_M = 0.008
@@ -86,10 +86,10 @@ def first_poses(model: Model, targets: Floats, seen: Bools) -> tuple[Floats, Flo
     lowest, cost = np.full(len(targets), np.inf), np.zeros(len(targets))
     for angles in postures(model):
         poses = aligned(model, angles, targets, seen)
-        bundle.fit_poses(poses, targets, weights, soft, 10, body, room, cost)
+        pose_fit.fit_poses(poses, targets, weights, soft, 10, body, room, cost)
         better = cost < lowest
         best[better], lowest[better] = poses[better], cost[better]
-    bundle.fit_poses(best, targets, weights, soft, 30, body, room, lowest)
+    pose_fit.fit_poses(best, targets, weights, soft, 30, body, room, lowest)
     return best, lowest
 
 
@@ -117,7 +117,7 @@ def fitted(
     body = expected.body(model)
     out, cost = poses.copy(), np.zeros(len(poses))
     room = bundle.make_room(body)
-    bundle.fit_poses(out, targets, seen / sigma_m**2, soft, 80, body, room, cost)
+    pose_fit.fit_poses(out, targets, seen / sigma_m**2, soft, 80, body, room, cost)
     return out
 
 

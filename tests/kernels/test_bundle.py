@@ -5,7 +5,7 @@ from oracles import random_pose
 from shapes import body_for, dense_shape_jacobian, random_model
 
 from handclean.hand import model as hand_model
-from handclean.kernels import bundle
+from handclean.kernels import bundle, pose_fit
 from handclean.subject.shape import sections
 
 
@@ -119,7 +119,7 @@ def test_a_pose_is_found_again_and_a_wild_marker_does_not_matter(rng):
     targets[:, 3] += 0.5
     room, costs = bundle.make_room(body), np.zeros(len(poses))
     soft = 0.02**-2
-    bundle.fit_poses(start, targets, weights, soft, 200, body, room, costs)
+    pose_fit.fit_poses(start, targets, weights, soft, 200, body, room, costs)
     places = hand_model.marker_positions(model, start)
     away = np.linalg.norm(places - targets, axis=2)
     away[0, 0] = 0.0
@@ -131,7 +131,7 @@ def test_pose_sigmas_are_those_of_the_inverse(rng):
     model, poses, targets, weights = scene(rng)
     body = body_for(model, hold=3.0)
     room, out = bundle.make_room(body), np.full((3, poses.shape[1] - 1), np.nan)
-    bundle.pose_sigmas(poses, targets, weights, 0.0, body, room, out)
+    pose_fit.pose_sigmas(poses, targets, weights, 0.0, body, room, out)
     for f, pose in enumerate(poses):
         flat = hand_model.jacobian(model, pose)
         square = np.einsum("m,mia,mib->ab", weights[f], flat, flat)
