@@ -97,6 +97,33 @@ def exchange(pose: Floats, points: Floats, s: State, kit: Kit, cost: float) -> f
 
 
 @jit
+def rebend(pose: Floats, branch: int, s: State, kit: Kit) -> float:
+    """Bend one finger onto its points from other postures; keep the best, in place.
+
+    With few markers a finger can fit in more than one way, and following it can end in
+    the wrong one.
+
+    Returns
+    -------
+    What the fit is worth afterwards.
+    """
+    best, best_pose, trial = worth(s.weight, kit), pose.copy(), pose.copy()
+    for start in range(kit.starts.shape[0]):
+        trial[:] = pose
+        for d in range(kit.hinge_branch.shape[0]):
+            if kit.hinge_branch[d] == branch:
+                trial[7 + d] = kit.starts[start, d]
+        resettle(trial, kit.none, s, kit)
+        found = worth(s.weight, kit)
+        if found < best - BETTER:
+            best = found
+            best_pose[:] = trial
+    pose[:] = best_pose
+    misfit(pose, s.target, s.weight, kit.tree, kit.k)
+    return best
+
+
+@jit
 def reach_out(
     pose: Floats, points: Floats, s: State, kit: Kit, gate: float, cost: float
 ) -> float:

@@ -20,6 +20,9 @@ UNIT = 1e-3
 HAND_VOLUME = 8e-3
 """[m^3] a cube the length of a hand."""
 
+RESTARTS = 4
+"""How many of a model's start postures a finger is tried in when it does not fit."""
+
 ABSENT, FOLLOWED, RETURNED, REFUSED = 0, 1, 2, 3
 """What became of a marker in a frame."""
 
@@ -30,7 +33,8 @@ class Rules(NamedTuple):
     seen_price, gone_price : price of "no match" of a marker seen, not seen, before.
     floor : [m] least prediction error; drift : [m] growth per frame out of sight;
     reach : [m]; strict, small : of the threshold; lever : [m], see `undecided`;
-    patience : frames without enough markers after which the model is lost.
+    patience : frames without enough markers after which the model is lost; turn :
+    [rad] that a hinge turns at most in a frame; swing : [rad] that it usually does.
     """
 
     seen_price: float
@@ -42,6 +46,8 @@ class Rules(NamedTuple):
     small: float
     lever: float
     patience: float
+    turn: float
+    swing: float
 
 
 class Kit(NamedTuple):
@@ -50,7 +56,7 @@ class Kit(NamedTuple):
     tree, k, numbers (damping, enough_m, prior_m) : of the kernels; mean, basis : the
     posture prior, none (D, 0) no prior; variance (M,) [m^2] of the distances, RMS
     squared; branch, rank (M,) : which finger, and how many of its markers lie further
-    out.
+    out; hinge_branch (D,) : which finger a hinge is of; starts (S, D) [rad] postures.
     """
 
     tree: Chain
@@ -63,6 +69,8 @@ class Kit(NamedTuple):
     variance: Floats
     branch: Ints
     rank: Ints
+    hinge_branch: Ints
+    starts: Floats
 
 
 class Book(NamedTuple):
@@ -78,12 +86,25 @@ class Book(NamedTuple):
     usual: Usual
 
 
+class Way(NamedTuple):
+    """The points of a take, in the direction in which it is followed.
+
+    at (P, 3) [m]; start (T + 1,); back (P,) row of the point before on the same path.
+    """
+
+    at: Floats
+    start: Ints
+    back: Ints
+
+
 class State(NamedTuple):
     """The frame at hand.
 
-    pose, last, velocity, attempt (7 + D,); places, target (M, 3); weight, s2, price,
-    there (M,); chosen, trial (M,); frozen, is_open (D,); rest, anchor (D,); sure (M,);
-    tally (3,) level of `undecided`, frames with too little, markers kept; gain (3,).
+    pose, last, velocity, attempt (7 + D,); places, expected, target (M, 3); weight,
+    s2, price, there (M,); chosen, trial (M,); frozen, is_open (D,); rest, anchor (D,);
+    sure (M,); tally (3,) level of `undecided`, frames with too little, markers kept;
+    gain (3,) of `learn_velocity`; held (M,) row of each marker's point in the last
+    frame, -1 none; trust (1,) share of links that were right.
     """
 
     pose: Floats
@@ -91,6 +112,7 @@ class State(NamedTuple):
     velocity: Floats
     attempt: Floats
     places: Floats
+    expected: Floats
     target: Floats
     weight: Floats
     s2: Floats
@@ -105,6 +127,8 @@ class State(NamedTuple):
     sure: Floats32
     tally: Ints
     gain: Floats
+    held: Ints
+    trust: Floats
 
 
 class Trace(NamedTuple):
@@ -139,13 +163,15 @@ def rules_of(settings: LabelConfig, solving: SolveConfig, rate: float) -> Rules:
         small=settings.small_m,
         lever=solving.lever_m,
         patience=0.25 * rate,
+        turn=40.0 / rate,
+        swing=8.0 / rate,
     )
 
 
 def kit_of(thing: Sought, rules: Rules, solving: SolveConfig) -> Kit:
     """Return a model with its numbers and room."""
     markers, hinges = len(thing.sigma), len(thing.mean)
-    branch, rank = _branches(thing)
+    of_link = _branch_of_links(thing)
     return Kit(
         tree=thing.chain,
         k=make_work(hinges, markers, thing.basis.shape[1]),
@@ -154,31 +180,42 @@ def kit_of(thing: Sought, rules: Rules, solving: SolveConfig) -> Kit:
         none=np.zeros((hinges, 0)),
         numbers=(solving.damping, solving.enough_m, solving.prior_m),
         rules=rules,
-        variance=thing.sigma**2 + 0.25 * rules.small**2,
-        branch=branch,
-        rank=rank,
+        variance=thing.sigma**2 + (0.5 * rules.small) ** 2,
+        branch=of_link[thing.chain.link],
+        rank=_ranks(thing, of_link),
+        hinge_branch=of_link[1:],
+        starts=thing.starts[:RESTARTS],
     )
 
 
-def _branches(thing: Sought) -> tuple[Ints, Ints]:
-    """(M,) branch of the root each marker is on, 0 none; (M,) rank from its tip."""
+def _branch_of_links(thing: Sought) -> Ints:
+    """(D + 1,) branch of the root each link is on, from 1; 0 for the root itself."""
+    parent = thing.chain.parent
+    branch = np.zeros(len(parent), dtype=np.int64)
+    found = 0
+    for link in range(1, len(parent)):
+        if parent[link] == 0:
+            found += 1
+            branch[link] = found
+        else:
+            branch[link] = branch[parent[link]]
+    return branch
+
+
+def _ranks(thing: Sought, branch: Ints) -> Ints:
+    """(M,) how many markers of its branch lie further out than each."""
     chain = thing.chain
-    branch = np.zeros(len(chain.link), dtype=np.int64)
-    depth = np.zeros(len(chain.link))
+    depth = 1e-3 * np.linalg.norm(chain.at, axis=1)
     for m, link in enumerate(chain.link):
         up = int(link)
-        depth[m] = 1e-3 * np.linalg.norm(chain.at[m])
         while up > 0:
-            branch[m] = up
             depth[m] += 1.0
             up = int(chain.parent[up])
-    roots = {link: n for n, link in enumerate(np.unique(branch[branch > 0]), 1)}
-    branch = np.array([roots.get(link, 0) for link in branch], dtype=np.int64)
-    rank = np.zeros(len(branch), dtype=np.int64)
-    for one in roots.values():
-        rows = np.flatnonzero(branch == one)
+    rank = np.zeros(len(depth), dtype=np.int64)
+    for one in range(1, int(branch.max()) + 1):
+        rows = np.flatnonzero(branch[chain.link] == one)
         rank[rows[np.argsort(-depth[rows], kind="stable")]] = np.arange(len(rows))
-    return branch, rank
+    return rank
 
 
 def new_book(thing: Sought, rules: Rules, gone: Ints) -> Book:
@@ -199,6 +236,7 @@ def new_state(markers: int, hinges: int) -> State:
         velocity=np.zeros(7 + hinges),
         attempt=np.zeros(7 + hinges),
         places=np.zeros((markers, 3)),
+        expected=np.zeros((markers, 3)),
         target=np.zeros((markers, 3)),
         weight=np.zeros(markers),
         s2=np.zeros(markers),
@@ -213,6 +251,8 @@ def new_state(markers: int, hinges: int) -> State:
         sure=np.zeros(markers, dtype=np.float32),
         tally=np.array([2, 0, 0]),
         gain=np.array([0.0, 0.0, 1.0]),
+        held=np.full(markers, -1),
+        trust=np.array([0.9]),
     )
 
 

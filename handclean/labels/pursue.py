@@ -2,21 +2,31 @@
 
 import numpy as np
 
+from handclean.arrays import Ints
 from handclean.ik.settings import SolveConfig
 from handclean.labels.align import Found, search
 from handclean.labels.kit import (
     Kit,
     Rules,
     Trace,
+    Way,
     kit_of,
     make_trace,
     new_book,
     new_state,
 )
+from handclean.labels.links import path_links
 from handclean.labels.models import Sought
 from handclean.labels.points import Cloud
+from handclean.labels.review import names_of, paths, refit, review, usual_variance
 from handclean.labels.settings import LabelConfig
 from handclean.labels.track import follow
+
+STEADFAST = 0.98
+"""Share of links between points of one name below which paths are not reviewed."""
+
+REVIEWS = 2
+"""How often the paths are reviewed at most."""
 
 EFFORTS = ((4, 0, 8), (36, 30, 30))
 """Postures, orientations, and how many of them are bent: at first, and when needed."""
@@ -92,12 +102,14 @@ def pursue(
     most = max(int(rules.patience), 1)
     kit = kit_of(thing, rules, solving)
     trace = make_trace(cloud.frames, len(thing.sigma), len(thing.mean))
+    after, before = path_links(cloud, settings, 4.0 * rules.patience)
     for stop, by in ((cloud.frames, 1), (-1, -1)):
+        way = Way(cloud.at, cloud.start, before if by > 0 else after)
         here: Found | None = found
         first, stride = found.frame, 1
         while first != stop:
             if here is not None:
-                lost = _run(cloud, here, kit, rules, first, stop, by, trace)
+                lost = _run(way, here, kit, rules, first, stop, by, trace)
                 first = lost if lost != first else first + by
                 here = None
                 if first == stop:
@@ -112,11 +124,35 @@ def pursue(
                 first = min(first + stride, stop) if by > 0 else max(first - stride, -1)
             else:
                 stride = 1
+    _review(cloud, after, before, kit, trace)
     return trace
 
 
+def _review(cloud: Cloud, after: Ints, before: Ints, kit: Kit, trace: Trace) -> None:
+    """Judge the points' paths as wholes, if paths tell anything in this take."""
+    names = names_of(trace, len(cloud.at))
+    rows = np.flatnonzero((after >= 0) & (names >= 0))
+    if len(rows) == 0 or np.mean(names[after[rows]] == names[rows]) < STEADFAST:
+        return
+    first, length = paths(after, before)
+    way = Way(cloud.at, cloud.start, before)
+    markers, hinges = trace.chosen.shape[1], len(kit.mean)
+    kit = kit._replace(variance=usual_variance(way, trace, kit))
+    state = new_state(markers, hinges)
+    frame = cloud.frame.astype(np.int64)
+    changed = np.zeros(cloud.frames, dtype=bool)
+    for _ in range(REVIEWS):
+        changed[:] = False
+        review(
+            first, length, after, before, frame, way, state, kit, trace, names, changed
+        )
+        if not changed.any():
+            break
+        refit(changed, way, state, kit, trace)
+
+
 def _run(
-    cloud: Cloud,
+    way: Way,
     found: Found,
     kit: Kit,
     rules: Rules,
@@ -130,4 +166,4 @@ def _run(
     state = new_state(len(thing.sigma), len(thing.mean))
     state.pose[:] = found.pose
     book = new_book(thing, rules, (found.chosen < 0).astype(np.int64))
-    return int(follow(cloud.at, cloud.start, first, stop, by, state, book, kit, trace))
+    return int(follow(way, first, stop, by, state, book, kit, trace))

@@ -31,7 +31,7 @@ from handclean.arrays import Floats, Floats32, Ints
 from handclean.kernels import jit
 from handclean.kernels.gauss_newton import misfit
 from handclean.labels.bend import distance, resettle, worth
-from handclean.labels.corrections import recover
+from handclean.labels.corrections import rebend, recover
 from handclean.labels.ghosts import STEADY, learn, threshold
 from handclean.labels.kit import (
     ABSENT,
@@ -44,9 +44,13 @@ from handclean.labels.kit import (
     Rules,
     State,
     Trace,
+    Way,
     put,
 )
-from handclean.numerics.assignment import assign_rows
+from handclean.numerics.assignment import NONE, assign_rows
+
+LOUDEST, SOUND = 12.0, 0.99
+"""What a link may weigh at most; how often it must be right to overrule a gate."""
 
 FORGET = 0.2
 """Share of the last frame in a marker's bias."""
@@ -80,6 +84,7 @@ def predict(s: State, book: Book, kit: Kit) -> None:
         pose[7 + d] = min(max(pose[7 + d], limits[d, 0]), limits[d, 1])
     put(pose, kit, s.places)
     shift(s, book, kit)
+    s.expected[:] = s.places
 
 
 @jit
@@ -128,6 +133,88 @@ def price_points(
             a, b, c = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
             d2 = a * a + b * b + c * c
             cost[m, p] = d2 / s.s2[m] + size if d2 < gate2 else math.inf
+
+
+@jit
+def heed_links(t: int, way: Way, s: State, book: Book, cost: Floats) -> None:
+    """Let the paths of the points speak, as loud as they have been right, in place.
+
+    A marker is likelier to be the next point of its own path than the pose foretells,
+    and unlikely to be the next point of another's.
+    """
+    loud = min(2.0 * math.log(s.trust[0] / (1.0 - s.trust[0])) - 4.0, LOUDEST)
+    if loud <= 0.0:
+        return
+    begin = way.start[t]
+    for q in range(cost.shape[1]):
+        row = way.back[begin + q]
+        if row < 0:
+            continue
+        owner = -1
+        for m in range(s.held.shape[0]):
+            if s.held[m] == row:
+                owner = m
+        for m in range(s.held.shape[0]):
+            if m == owner:
+                if s.trust[0] > SOUND:
+                    cost[m, q] = min(cost[m, q], s.price[m] - 0.5 * LOUDEST)
+                cost[m, q] -= loud
+            elif owner >= 0 or book.gone[m] == 0:
+                cost[m, q] += loud
+
+
+@jit
+def learn_links(t: int, way: Way, s: State) -> None:
+    """Count which links of the markers that were followed were right."""
+    begin = way.start[t]
+    for q in range(way.start[t + 1] - begin):
+        row = way.back[begin + q]
+        if row < 0:
+            continue
+        for m in range(s.held.shape[0]):
+            if s.held[m] == row:
+                right = 1.0 if s.weight[m] > 0.0 and s.chosen[m] == q else 0.0
+                s.trust[0] += 0.01 * (right - s.trust[0])
+    s.trust[0] = min(max(s.trust[0], 1e-3), 1.0 - 1e-3)
+    for m in range(s.held.shape[0]):
+        s.held[m] = begin + s.chosen[m] if s.weight[m] > 0.0 else -1
+
+
+@jit
+def look_again(points: Floats, s: State, book: Book, kit: Kit, cost: Floats) -> None:
+    """Assign the points that are left to the markers that are left; as newcomers.
+
+    They are expected where the pose of this frame, rather than the last, puts them.
+    """
+    markers = s.weight.shape[0]
+    missing = 0
+    for m in range(markers):
+        if s.weight[m] <= 0.0:
+            missing += 1
+            s.chosen[m] = NONE
+    if missing == 0 or markers - missing >= points.shape[0]:
+        return
+    put(s.pose, kit, s.places)
+    shift(s, book, kit)
+    held, again = s.chosen.copy(), s.chosen.copy()
+    expect(s, book, kit, 1.5)
+    price_points(points, s, book, kit.rules, cost)
+    for m in range(markers):
+        if held[m] >= 0:
+            cost[m, :] = math.inf
+            cost[:, held[m]] = math.inf
+    assign_rows(cost, s.price, again)
+    for m in range(markers):
+        if held[m] < 0 and again[m] >= 0:
+            s.chosen[m] = again[m]
+            s.target[m] = points[again[m]]
+            s.trial[m] = 1
+            others = 0.0
+            for q in range(points.shape[0]):
+                if q != again[m] and cost[m, q] < math.inf:
+                    others += math.exp(-0.5 * max(cost[m, q] - cost[m, again[m]], 0.0))
+            others += math.exp(-0.5 * (s.price[m] - cost[m, again[m]]))
+            s.sure[m] = 1.0 / (1.0 + others)
 
 
 @jit
@@ -181,7 +268,9 @@ def judge(s: State, book: Book, kit: Kit) -> int:
 
 
 @jit
-def look(points: Floats, s: State, book: Book, kit: Kit, cost: Floats) -> int:
+def look(
+    t: int, way: Way, points: Floats, s: State, book: Book, kit: Kit, cost: Floats
+) -> int:
     """Assign the points to where the markers are expected; widen the gates if few fit.
 
     Returns
@@ -192,6 +281,7 @@ def look(points: Floats, s: State, book: Book, kit: Kit, cost: Floats) -> int:
     for _ in range(3):
         expect(s, book, kit, wide)
         price_points(points, s, book, kit.rules, cost)
+        heed_links(t, way, s, book, cost)
         assign_rows(cost, s.price, s.chosen)
         expected, found = 0, 0
         for m in range(s.chosen.shape[0]):
@@ -223,7 +313,6 @@ def hold_on(points: Floats, s: State, book: Book, kit: Kit) -> int:
             continue
         s.target[m] = points[s.chosen[m]]
         if book.gone[m] > 0:
-            s.trial[m] = 1
             newcomers += 1
         else:
             s.weight[m] = 1.0
@@ -231,8 +320,9 @@ def hold_on(points: Floats, s: State, book: Book, kit: Kit) -> int:
     if count < 4:  # too few to hold on to: whatever fits may come back at once
         count += newcomers
         for m in range(s.chosen.shape[0]):
-            if s.trial[m] == 1:
+            if s.chosen[m] >= 0:
                 s.weight[m] = 1.0
+                s.trial[m] = 1 if book.gone[m] > 0 else 0
     if count < 4:
         return count
     return refuse(s, book, kit)
@@ -249,14 +339,21 @@ def refuse(s: State, book: Book, kit: Kit) -> int:
     count = 0
     for m in range(s.weight.shape[0]):
         count += 1 if s.weight[m] > 0.0 else 0
+    tried = 0
+    resettle(s.pose, kit.none, s, kit)
     while True:
-        resettle(s.pose, kit.none, s, kit)
         out = judge(s, book, kit)
         if out < 0 or count <= 4:
             return count
+        branch = kit.branch[out]
+        if branch > 0 and tried & (1 << branch) == 0:
+            tried |= 1 << branch
+            rebend(s.pose, branch, s, kit)
+            continue
         s.weight[out] = 0.0
         s.trial[out] = 2
         count -= 1
+        resettle(s.pose, kit.none, s, kit)
 
 
 @jit
@@ -276,6 +373,9 @@ def admit(s: State, book: Book, kit: Kit, count: int) -> int:
         s.attempt[:] = s.pose
         resettle(s.attempt, kit.none, s, kit)
         out = judge(s, book, kit)
+        if out >= 0 and kit.branch[out] > 0 and s.trial[out] == 1:
+            rebend(s.attempt, kit.branch[out], s, kit)
+            out = judge(s, book, kit)
         if out < 0 or s.trial[out] != 1:
             s.pose[:] = s.attempt
             break
@@ -347,24 +447,25 @@ def keep(t: int, begin: int, s: State, book: Book, kit: Kit, trace: Trace) -> No
 
 
 @jit
-def learn_surprise(s: State, book: Book, kit: Kit, cost: Floats) -> None:
+def learn_surprise(s: State, book: Book, kit: Kit) -> None:
     """Let the errors of the prediction into their averages, quickly if they grow."""
     for m in range(s.weight.shape[0]):
-        p = s.chosen[m]
-        if s.weight[m] <= 0.0 or book.gone[m] > 0 or cost[m, p] == math.inf:
+        if s.weight[m] <= 0.0 or book.gone[m] > 0:
             continue
-        size = 3.0 * math.log(s.s2[m] / (UNIT * UNIT))
-        surprise = (cost[m, p] - size) * s.s2[m] / 3.0
+        surprise = 0.0
+        for n in range(3):
+            surprise += (s.target[m, n] - s.expected[m, n]) ** 2 / 3.0
         most = 16.0 * book.surprise[m] + kit.rules.floor**2
         share = 0.2 if surprise > book.surprise[m] else 0.03
         book.surprise[m] += share * (min(surprise, most) - book.surprise[m])
 
 
 @jit
-def learn_velocity(s: State) -> None:
+def learn_velocity(s: State, most: float) -> None:
     """Take the step to this pose as velocity, and how much of the last one came true.
 
     The gain is a running regression of steps on the steps foretold, of the root.
+    A hinge that turned further than ``most`` [rad] jumped, and has none.
     """
     along, square = 0.0, 0.0
     sign = 0.0
@@ -376,7 +477,7 @@ def learn_velocity(s: State) -> None:
         if n < 3:
             along += step * s.velocity[n]
             square += s.velocity[n] * s.velocity[n]
-        s.velocity[n] = step
+        s.velocity[n] = step if n < 7 or abs(step) < most else 0.0
     s.gain[0] += 0.1 * (along - s.gain[0])
     s.gain[1] += 0.1 * (square - s.gain[1])
     if s.gain[1] > 1e-10:
@@ -385,8 +486,7 @@ def learn_velocity(s: State) -> None:
 
 @jit
 def follow(
-    at: Floats,
-    start: Ints,
+    way: Way,
     first: int,
     stop: int,
     by: int,
@@ -399,7 +499,7 @@ def follow(
 
     Parameters
     ----------
-    at : (P, 3) [m], start : (T + 1,) the points of all frames.
+    way : the points of all frames and their paths, seen in this direction.
     s : its pose is that of the frame before ``first``, or of ``first`` itself.
     book : state of the markers, overwritten. trace : rows of the frames, overwritten.
 
@@ -410,11 +510,11 @@ def follow(
     markers, rules = book.gone.shape[0], kit.rules
     t = first
     while t != stop:
-        points = at[start[t] : start[t + 1]]
+        points = way.at[way.start[t] : way.start[t + 1]]
         cost = np.zeros((markers, points.shape[0]))
         s.last[:] = s.pose
         predict(s, book, kit)
-        found = look(points, s, book, kit, cost)
+        found = look(t, way, points, s, book, kit, cost)
         count = 0
         if found >= 4:
             rate_labels(cost, s.price, s.chosen, s.sure)
@@ -441,6 +541,7 @@ def follow(
         if count < 4:
             s.pose[:] = s.last
             s.velocity[:] = 0.0
+            s.held[:] = -1
             s.tally[1] += 1
             trace.pose[t] = s.pose
             for m in range(markers):
@@ -450,12 +551,14 @@ def follow(
             t += by
             continue
         s.tally[1] = 0
+        learn_surprise(s, book, kit)
+        look_again(points, s, book, kit, cost)
         admit(s, book, kit, count)
         freeze(s, kit)
         misfit(s.pose, s.target, s.weight, kit.tree, kit.k)
         trace.cost[t] = worth(s.weight, kit)
-        learn_surprise(s, book, kit, cost)
-        keep(t, start[t], s, book, kit, trace)
-        learn_velocity(s)
+        keep(t, way.start[t], s, book, kit, trace)
+        learn_links(t, way, s)
+        learn_velocity(s, rules.turn)
         t += by
     return stop
