@@ -26,12 +26,19 @@ from handclean.kernels.gauss_newton import (
     undecided,
 )
 
-LOOSE = 0.2
+LOOSE = 0.5
 """[rad] how far a joint strays, one sd, from what the subspace says."""
 
 
 EAGER = 0.3
 """Share of the last update in the velocity; the whole of it would carry its noise."""
+
+
+BETTER = 0.98
+"""What another start has to bring the RMS down to, to be believed."""
+
+SOON, LATER = 10, 100
+"""[frames] between two fresh starts: where a frame sticks out, where all are poor."""
 
 
 @jit
@@ -160,6 +167,45 @@ def start_afresh(
 
 
 @jit
+def amend(
+    end: int,
+    targets: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    mean: Floats,
+    basis: Floats,
+    is_open: Bools,
+    rest: Floats,
+    anchor: Floats,
+    numbers: tuple[float, float, float],
+    lever_m: float,
+    iterations: int,
+    poses: Floats,
+    residual: Floats,
+    opened: Bools,
+) -> None:
+    """Solve the frames before ``end`` again, backwards from it, while that is better.
+
+    For the frames that a fresh start at ``end`` shows to have been in a worse optimum.
+    """
+    pose, here = poses[end].copy(), np.zeros(weight.shape[0])
+    for t in range(end - 1, -1, -1):
+        count, _ = look(targets[t], weight, here)
+        if count < 3:
+            break
+        level = undecided(pose, targets[t], here, tree, k, numbers[0], lever_m, is_open)
+        settle(
+            pose, targets[t], here, tree, k, mean, basis, is_open, level, rest,
+            anchor, numbers, iterations,
+        )  # fmt: skip
+        found = rms(here, k)
+        if not found < BETTER * residual[t]:
+            break
+        poses[t], residual[t], opened[t] = pose, found, is_open
+
+
+@jit
 def solve_frames(
     targets: Floats,
     weight: Floats,
@@ -194,7 +240,8 @@ def solve_frames(
     pose, velocity, last = np.zeros(size), np.zeros(size), np.zeros(size)
     rest, anchor, here = np.zeros(hinges), np.zeros(hinges), np.zeros(weight.shape[0])
     is_open = np.ones(hinges, dtype=np.bool_)
-    started, level, usual = False, 2, 0.0
+    started, level, usual, lowest = False, 2, 0.0, math.inf
+    soon, later = 0, 0
     pose[3] = 1.0
     pose[7:] = mean
     for t in range(targets.shape[0]):
@@ -232,16 +279,30 @@ def solve_frames(
                 anchor, numbers, iterations,
             )  # fmt: skip
             residual[t] = rms(here, k)
-            if residual[t] > 2.0 * usual + restart_m:
+            odd = t >= soon and residual[t] > 1.5 * usual + restart_m
+            poor = t >= later and residual[t] > 1.2 * lowest
+            if odd or poor:
+                soon, later, before = t + SOON, t + LATER, residual[t]
+                poses[t] = pose
                 residual[t] = start_afresh(
-                    pose, starts, targets[t], here, tree, k, mean, basis, is_open,
-                    rest, anchor, numbers, lever_m, residual[t],
+                    poses[t], starts, targets[t], here, tree, k, mean, basis, is_open,
+                    rest, anchor, numbers, lever_m, BETTER * before,
                 )  # fmt: skip
+                if residual[t] < BETTER * before:
+                    pose[:] = poses[t]
+                    last[:] = pose
+                    velocity[:] = 0.0
+                    amend(
+                        t, targets, weight, tree, k, mean, basis, is_open, rest,
+                        anchor, numbers, lever_m, iterations, poses, residual, opened,
+                    )  # fmt: skip
+                else:
+                    residual[t] = before
                 level = undecided(
                     pose, targets[t], here, tree, k, numbers[0], lever_m, is_open
                 )
-                last[:] = pose
-            usual += 0.05 * (min(residual[t], 2.0 * usual + restart_m) - usual)
+            usual += 0.05 * (min(residual[t], 1.5 * usual + restart_m) - usual)
+            lowest = min(lowest, usual)
             for n in range(size):
                 velocity[n] += EAGER * (pose[n] - last[n] - velocity[n])
         poses[t] = pose

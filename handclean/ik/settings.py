@@ -20,8 +20,8 @@ class SolveConfig:
         float, "Marker noise that weighs as much as one sd of the posture prior."
     ] = 5e-4
     restart_m: Annotated[
-        float, "RMS, beyond twice the usual, that starts a frame afresh."
-    ] = 3e-3
+        float, "RMS, beyond 1.5 times the usual, that starts a frame afresh."
+    ] = 5e-4
 
     def __post_init__(self) -> None:
         if self.iterations < 1:

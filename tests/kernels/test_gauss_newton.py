@@ -1,5 +1,7 @@
 """The solver's parts against dense matrices, and its optimum against scipy's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from oracles import random_pose, random_tree
@@ -117,6 +119,40 @@ def test_angles_stay_within_limits_and_a_held_joint_is_the_best_there(rng):
     assert (pose[7:] <= 2.0).all()
     assert (pose[7:] >= -2.0).all()
     assert (pose[7:] > 1.9).any()
+
+
+def test_no_bounded_solver_improves_on_a_result_at_limits(rng):
+    held = 0
+    for _ in range(6):
+        model = random_model(rng, 5, 20)
+        tree, hinges = model.tree, len(model.tree.hinges)
+        truth = random_pose(rng, tree)
+        target = hand_model.marker_positions(model, truth[None])[0]
+        limits = np.tile([-0.25, 0.25], (hinges, 1))
+        model = replace(model, tree=replace(tree, limits=limits))
+        pose = truth.copy()
+        pose[7:] = np.clip(truth[7:], -0.2, 0.2)
+        zeros = np.zeros(hinges)
+        cost, _ = gn.solve_full(
+            pose, target, np.ones(len(target)), chain_of(model),
+            gn.make_work(hinges, len(target), 0), zeros, zeros, 1e-12, 100, 1e-9,
+        )  # fmt: skip
+        assert (np.abs(pose[7:]) <= 0.25).all()
+        held += (np.abs(pose[7:]) == 0.25).sum()
+
+        def residual(step, model=model, pose=pose, target=target):
+            moved = hand_model.moved(pose, step)
+            return (target - hand_model.marker_positions(model, moved[None])[0]).ravel()
+
+        free = np.full(6, np.inf)
+        low = np.concatenate([-free, limits[:, 0] - pose[7:] - 1e-9])
+        high = np.concatenate([free, limits[:, 1] - pose[7:] + 1e-9])
+        best = least_squares(
+            residual, np.zeros(6 + hinges), bounds=(low, high),
+            xtol=1e-14, ftol=1e-14, gtol=1e-14,
+        )  # fmt: skip
+        assert np.sqrt(cost) <= 1.01 * np.sqrt(2 * best.cost) + 1e-6
+    assert held > 0
 
 
 def test_subspace_gradient_is_that_of_the_chain_rule(problem, rng):
