@@ -131,14 +131,14 @@ def decide(
 def doubt_jumps(
     decided: Decided, model: Model, poses: Floats, seen: Bools, expected: Bools
 ) -> Decided:
-    """Count hinges that jump where markers they move vanish or come back as affected.
+    """Count hinges that jump where a marker of their finger comes or goes as affected.
 
     Parameters
     ----------
     poses : (T, 7 + D) as solved; seen, expected : (T, M)
     """
     angles, affected = poses[:, POSE_HEAD:], decided.affected.copy()
-    moves = model.tree.carried_by()[model.bone]
+    fingers = same_finger(model)
     missing = expected & ~seen
     steps = np.abs(np.diff(angles, axis=0, prepend=angles[:1]))
     for start, stop in runs(np.asarray(missing.any(axis=1))):
@@ -149,9 +149,17 @@ def doubt_jumps(
         )
         usual = beside.max(axis=0, initial=0.0)
         jumps = np.maximum(steps[start], steps[stop]) > JUMP[0] + JUMP[1] * usual
-        within = missing[start:stop] @ moves  # (n, D) markers that hinges lack
-        affected[start:stop] |= jumps & within
+        affected[start:stop] |= jumps & (missing[start:stop] @ fingers)
     return replace(decided, affected=affected)
+
+
+def same_finger(model: Model) -> Bools:
+    """(M, D) whether a hinge is on the limb of the tree that a marker sits on."""
+    moves = model.tree.carried_by()
+    first = np.where(moves.any(axis=1), np.argmax(moves, axis=1), -1)
+    limb_of_hinge = first[model.tree.hinge_bone]
+    limb_of_marker = first[model.bone]
+    return np.asarray(limb_of_marker[:, None] == limb_of_hinge)
 
 
 def _stretches(seen: Bools, expected: Bools) -> list[tuple[int, int]]:

@@ -16,11 +16,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
-from handclean.gaps.decided import Decided, decide, doubt_jumps, prior_precision
+from handclean.gaps.decided import (
+    Decided,
+    decide,
+    doubt_jumps,
+    prior_precision,
+    same_finger,
+)
 from handclean.gaps.leftovers import PARTIAL, Leftovers, carry, left_over
 from handclean.gaps.paths import Paths, lay_paths, try_bridging
 from handclean.gaps.refine import Targets, placed
-from handclean.gaps.runs import Gap, Limits, seen_in
+from handclean.gaps.runs import Gap, Limits, runs, seen_in
 from handclean.gaps.spread import spread
 from handclean.hand.model import Model
 from handclean.ik.frames import LOOSE
@@ -105,7 +111,8 @@ def bridge_posture(
     leftovers = carry(local, tells, limits.longest)
     targets = Targets(model, positions, seen, leftovers.places, noise, settings)
 
-    poses, part = solved.copy(), np.flatnonzero(~whole & ~unknown)
+    poses = _led_through(model, solved, expected & ~seen, limits)
+    part = np.flatnonzero(~whole & ~unknown)
     poses[part] = targets.fitted(part, poses, np.zeros((len(poses), hinges)))
     paths, poses = _on_paths(model, targets, poses, decided, limits, coupled)
     sigma, variance = _spread(model, poses, seen, expected, noise, paths)
@@ -180,6 +187,27 @@ def _lead_inner_gaps(
             frames = np.concatenate([[gap.start - 1], more, [gap.stop]])
             off = np.interp(rows[fewer], frames, np.pad(pulled, 1))
             path[rows[fewer]] = np.clip(path[rows[fewer]] + off, *tree.limits[column])
+
+
+def _led_through(
+    model: Model, solved: Floats, missing: Bools, limits: Limits
+) -> Floats:
+    """(T, 7 + D) poses to start from where markers are missing.
+
+    A chain may have two postures for one place of its marker; the one to be found is
+    that which joins what was known before and after, so hinges of a finger that lacks a
+    marker start between those and not where a frame by itself would put them.
+    """
+    poses, fingers = solved.copy(), same_finger(model)
+    for start, stop in runs(np.asarray(missing.any(axis=1))):
+        if start == 0 or stop == len(poses) or stop - start > 2 * limits.longest:
+            continue
+        lacking = (missing[start:stop] @ fingers).any(axis=0)
+        columns = POSE_HEAD + np.flatnonzero(lacking)
+        share = np.linspace(0.0, 1.0, stop - start + 2)[1:-1, None]
+        ends = solved[start - 1, columns], solved[stop, columns]
+        poses[start:stop, columns] = (1.0 - share) * ends[0] + share * ends[1]
+    return poses
 
 
 def _held(paths: Paths, decided: Decided) -> Floats:

@@ -90,3 +90,35 @@ def test_joints_of_the_subspace_are_affected_with_others(bent):
 
 def test_hidden_markers_of_a_redundant_bone_open_nothing(bent):
     assert open_hinges(*bent, ["R_HAND_IN"])[:2] == (set(), False)
+
+
+def test_a_finger_that_jumps_while_one_of_its_markers_is_missing_is_affected(bent):
+    from handclean.gaps.decided import doubt_jumps
+
+    model, _ = bent
+    frames, pip = 60, model.tree.hinges.index("index_pip_flexion")
+    poses = np.tile(bent[1][:1], (frames, 1))
+    poses[20:40, 7 + pip] -= 1.0  # the other elbow
+    seen = np.ones((frames, len(model.labels)), dtype=bool)
+    expected = seen.copy()
+    noise = np.full(len(model.labels), NOISE_M)
+    for label, is_affected in (("R_INDEX_PROX", True), ("R_RING_PROX", False)):
+        missing = seen.copy()
+        missing[20:40, model.labels.index(label)] = False
+        found = decide(model, poses, missing, expected, noise, NOISE_M, follows=False)
+        doubted = doubt_jumps(found, model, poses, missing, expected)
+        assert not found.affected[:, pip].any()
+        assert doubted.affected[20:40, pip].all() == is_affected
+        assert not doubted.affected[:20].any()
+        assert not doubted.affected[40:].any()
+
+
+def test_a_limb_is_what_hangs_on_the_hand_by_one_joint(scenes):
+    from handclean.gaps.decided import same_finger
+
+    model = scenes.model
+    fingers = same_finger(model)
+    for m, label in enumerate(model.labels):
+        finger = label.split("_")[1].lower()
+        want = [name.startswith(finger) for name in model.tree.hinges]
+        np.testing.assert_array_equal(fingers[m], want)
