@@ -441,9 +441,9 @@ def solve_full(
 
     Stops when the decrease a step promises is under 3 % of C, where steps shrink fast
     (else 0.3 %), or under ``enough_m`` squared per unit of weight; that last step is
-    still taken, and leaves less than a tenth of what it removes. From the second iteration on the old factors are tried
-    first (a chord step); a new matrix is made only if they no longer bring the promise
-    down to a fifth.
+    still taken, and leaves less than a tenth of what it removes. From the second
+    iteration on the old factors are tried first (a chord step); a new matrix is made
+    only if they no longer bring the promise down to a fifth.
 
     Parameters
     ----------
