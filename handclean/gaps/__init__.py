@@ -15,7 +15,6 @@ What they leave open is decided here:
 - The end velocities come from a fit. Which fit (how many frames, straight or bent) the
   take itself chooses, by what would have restored its measured stretches best; the
   same trial says how far off an interpolation of that length is, hence ``sigma``.
-
 - A model never fits exactly, so losing a marker would pull the posture elsewhere by a
   step. What is left over between model and markers is therefore carried through each
   gap (`leftovers`): on a hand calibrated 6 mm wrong this took the error of 0.1 s gaps
