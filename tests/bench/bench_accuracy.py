@@ -14,6 +14,7 @@ import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from functools import cache
 from multiprocessing import get_context
 
 import numpy as np
@@ -45,9 +46,10 @@ CONDITIONS = {  # trials, and the settings that differ from the defaults
 }
 
 
-def subject_of(number, settings):
+@cache
+def subject_of(number):
     """Calibrate a subject from its labelled range-of-motion take."""
-    markers = load_marker_set("maycock26")
+    markers, settings = load_marker_set("maycock26"), SimulateConfig(seed=2015)
     person = make_subject(number, markers, settings)
     rom = make_trial("rom", 1000 + number, person, markers, settings)
     return calibrate([rom.labelled], markers, CalibrateConfig(), side="right")[0]
@@ -70,7 +72,7 @@ def trial(job):
     number, changed = job
     settings = replace(SimulateConfig(seed=2015, subjects=SUBJECTS), **changed)
     markers = load_marker_set("maycock26")
-    subject = subject_of(number % SUBJECTS, SimulateConfig(seed=2015))
+    subject = subject_of(number % SUBJECTS)
     person = make_subject(number % SUBJECTS, markers, settings)
     take = make_trial("grasp", number, person, markers, settings)
     prior = read_prior()
