@@ -34,6 +34,9 @@ EAGER = 0.3
 """Share of the last update in the velocity; the whole of it would carry its noise."""
 
 
+GLIDE = 0.1
+"""Share of the way to the subspace's posture that an open finger goes in a frame."""
+
 BETTER = 0.98
 """What another start has to bring the RMS down to, to be believed."""
 
@@ -74,6 +77,7 @@ def settle(
     anchor: Floats,
     numbers: tuple[float, float, float],
     iterations: int,
+    follow: float = 1.0,
 ) -> int:
     """Solve one frame from ``pose``, in place: the layer, if needed, then all angles.
 
@@ -82,6 +86,8 @@ def settle(
     is_open : (D,), level : as `undecided` says.
     rest, anchor : (D,) room; hold what open fingers were held to.
     numbers : damping, enough_m, prior_m.
+    follow : share of the way from the start to the subspace's posture that open
+        fingers go; under 1 they glide, where the subspace's posture would jump.
 
     Returns
     -------
@@ -89,11 +95,16 @@ def settle(
     """
     damping, enough_m, prior_m = numbers
     if level > 0 and basis.shape[1] > 0:
+        for d in range(rest.shape[0]):
+            rest[d] = pose[7 + d]
         project(mean, basis, pose[7:], k)
         solve_subspace(
             pose, target, weight, tree, k, mean, basis, prior_m, damping,
             iterations, enough_m,
         )  # fmt: skip
+        for d in range(rest.shape[0]):
+            if is_open[d]:
+                pose[7 + d] = rest[d] + follow * (pose[7 + d] - rest[d])
     for d in range(anchor.shape[0]):
         rest[d] = pose[7 + d]
         anchor[d] = (prior_m / LOOSE) ** 2 if is_open[d] else 0.0
@@ -276,7 +287,7 @@ def solve_frames(
                 pose[n] /= math.sqrt(norm)
             steps[t] = settle(
                 pose, targets[t], here, tree, k, mean, basis, is_open, level, rest,
-                anchor, numbers, iterations,
+                anchor, numbers, iterations, GLIDE,
             )  # fmt: skip
             residual[t] = rms(here, k)
             odd = t >= soon and residual[t] > 1.5 * usual + restart_m
