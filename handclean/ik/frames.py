@@ -35,7 +35,7 @@ EAGER = 0.3
 
 
 GLIDE = 0.1
-"""Share of the way to the subspace's posture that an open finger goes in a frame."""
+"""[rad] how far an open finger follows the subspace's posture in one frame."""
 
 BETTER = 0.98
 """What another start has to bring the RMS down to, to be believed."""
@@ -77,7 +77,7 @@ def settle(
     anchor: Floats,
     numbers: tuple[float, float, float],
     iterations: int,
-    follow: float = 1.0,
+    most: float = math.inf,
 ) -> int:
     """Solve one frame from ``pose``, in place: the layer, if needed, then all angles.
 
@@ -86,8 +86,8 @@ def settle(
     is_open : (D,), level : as `undecided` says.
     rest, anchor : (D,) room; hold what open fingers were held to.
     numbers : damping, enough_m, prior_m.
-    follow : share of the way from the start to the subspace's posture that open
-        fingers go; under 1 they glide, where the subspace's posture would jump.
+    most : [rad] how far open fingers go from the start towards the subspace's
+        posture, so that they glide where that jumps.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def settle(
         )  # fmt: skip
         for d in range(rest.shape[0]):
             if is_open[d]:
-                pose[7 + d] = rest[d] + follow * (pose[7 + d] - rest[d])
+                pose[7 + d] = rest[d] + min(max(pose[7 + d] - rest[d], -most), most)
     for d in range(anchor.shape[0]):
         rest[d] = pose[7 + d]
         anchor[d] = (prior_m / LOOSE) ** 2 if is_open[d] else 0.0

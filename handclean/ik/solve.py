@@ -149,12 +149,13 @@ def markers_of(
             f"take: none of the subject's markers ({', '.join(model.labels[:4])}, ...) "
             f"are in it; it has {has or 'no labelled markers'}"
         )
-    has = found.measured if measured_only else found.origin > 0
+    seen: Bools = found.measured if measured_only else found.origin > 0
     out = np.full((recording.frames, len(model.labels), 3), np.nan)
     for column, label in enumerate(model.labels):
         if label in found.labels:
             at = found.labels.index(label)
-            out[has[:, at], column] = found.positions[has[:, at], at]
+            there = seen[:, at]
+            out[there, column] = found.positions[there, at]
     return out
 
 
