@@ -63,21 +63,23 @@ def table(rows):
 
 def measured(name):
     """The section of one benchmark."""
-    path = HERE / f"bench_{name}.py"
     code = (
-        "import json, sys, importlib.util as u; "
-        f"s = u.spec_from_file_location('bench_{name}', {str(path)!r}); "
-        "m = u.module_from_spec(s); sys.modules[s.name] = m; s.loader.exec_module(m); "
-        "r = m.rows(); "
+        f"import json, sys, bench_{name} as m; r = m.rows(); "
         "sys.stdout.write('\\n@@' + json.dumps([m.__doc__, r], default=float) + '\\n')"
     )
+    path = os.pathsep.join(filter(None, (str(HERE), os.environ.get("PYTHONPATH"))))
     begin = time.monotonic()
     done = subprocess.run(
         [sys.executable, "-c", code],
         stdout=subprocess.PIPE,
         text=True,
         check=False,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        env={
+            **os.environ,
+            "PYTHONPATH": path,
+            "OPENBLAS_NUM_THREADS": "1",
+            "OMP_NUM_THREADS": "1",
+        },
     )
     lines = [line for line in done.stdout.splitlines() if line.startswith("@@")]
     if done.returncode or not lines:
