@@ -18,6 +18,7 @@ from handclean.labels.kit import (
 from handclean.labels.links import path_links
 from handclean.labels.models import Sought
 from handclean.labels.points import Cloud
+from handclean.labels.repair import repair
 from handclean.labels.review import names_of, paths, refit, review, usual_variance
 from handclean.labels.settings import LabelConfig
 from handclean.labels.track import follow
@@ -103,8 +104,11 @@ def pursue(
     kit = kit_of(thing, rules, solving)
     trace = make_trace(cloud.frames, len(thing.sigma), len(thing.mean))
     after, before = path_links(cloud, settings, 4.0 * rules.patience)
-    for stop, by in ((cloud.frames, 1), (-1, -1)):
-        way = Way(cloud.at, cloud.start, before if by > 0 else after)
+    ways = (
+        Way(cloud.at, cloud.start, before),
+        Way(cloud.at, cloud.start, after),
+    )
+    for way, stop, by in zip(ways, (cloud.frames, -1), (1, -1), strict=True):
         here: Found | None = found
         first, stride = found.frame, 1
         while first != stop:
@@ -124,6 +128,7 @@ def pursue(
                 first = min(first + stride, stop) if by > 0 else max(first - stride, -1)
             else:
                 stride = 1
+    repair(ways, thing, kit, settings, solving, trace)
     _review(cloud, after, before, kit, trace)
     return trace
 

@@ -1,0 +1,204 @@
+"""Where the fit is worse than it should be: look again, follow from there, compare.
+
+Following can go wrong for a while - two fingers change places in a fast movement - and
+the cost of every frame says so, long before or after the tracker notices. The worst
+frames are looked at on their own, first from the pose they have, with fingers exchanged
+and reaching out; then as if nothing were known. From a better fit the hand is followed
+both ways, and takes over as far as it stays better in sum.
+"""
+
+import math
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.ik.settings import SolveConfig
+from handclean.kernels import jit
+from handclean.kernels.gauss_newton import misfit
+from handclean.labels.align import search
+from handclean.labels.bend import bend, narrow, target_of, worth
+from handclean.labels.corrections import BETTER, exchange, reach_out
+from handclean.labels.kit import (
+    Kit,
+    State,
+    Trace,
+    Way,
+    make_trace,
+    new_book,
+    new_state,
+)
+from handclean.labels.models import Sought
+from handclean.labels.settings import LabelConfig
+from handclean.labels.track import follow
+
+AROUND = 2
+"""Frames on either side over which the cost is averaged."""
+
+SUSPECTS, STRANGERS = 30, 6
+"""How many bad frames are looked at again; how many as if nothing were known."""
+
+STRETCH = 200
+"""Frames that are followed before it is asked whether to go on."""
+
+
+@jit
+def amend(t: int, way: Way, s: State, kit: Kit, trace: Trace) -> float:
+    """Look for a better fit of one frame near the one it has; it is left in ``s``.
+
+    Returns
+    -------
+    What the fit is worth.
+    """
+    points = way.at[way.start[t] : way.start[t + 1]]
+    for m in range(s.chosen.shape[0]):
+        p = trace.chosen[t, m]
+        s.chosen[m] = p - way.start[t] if p >= 0 else -1
+    s.pose[:] = trace.pose[t]
+    if target_of(points, s.chosen, s.target, s.weight) < 4:
+        return math.inf
+    misfit(s.pose, s.target, s.weight, kit.tree, kit.k)
+    cost = worth(s.weight, kit)
+    s.attempt[:] = s.pose
+    chosen = s.chosen.copy()
+    found = bend(s.attempt, points, s, kit, kit.none, kit.rules.reach, narrow(kit))
+    if found < cost:
+        cost = found
+        s.pose[:] = s.attempt
+    else:
+        s.chosen[:] = chosen
+    cost = reach_out(s.pose, points, s, kit, 2.0 * kit.rules.reach, cost)
+    return exchange(s.pose, points, s, kit, cost)
+
+
+def suspicious(cost: Floats, markers: int) -> Floats:
+    """(T,) by how much the cost around each frame is above what is usual, or 0."""
+    known = np.isfinite(cost)
+    if not known.any():
+        return np.zeros(len(cost))
+    kernel = np.ones(2 * AROUND + 1)
+    filled = np.where(known, cost, 0.0)
+    weight = np.maximum(np.convolve(known, kernel, mode="same"), 1.0)
+    mean = np.convolve(filled, kernel, mode="same") / weight
+    middle = float(np.median(mean[known]))
+    spread = 1.48 * float(np.median(np.abs(mean[known] - middle)))
+    usual = min(middle + 3.0 * spread, 1.6 * markers) + BETTER
+    return np.where(known, np.maximum(mean - usual, 0.0), 0.0)
+
+
+def repair(
+    ways: tuple[Way, Way],
+    thing: Sought,
+    kit: Kit,
+    settings: LabelConfig,
+    solving: SolveConfig,
+    trace: Trace,
+) -> list[tuple[int, int]]:
+    """Replace stretches of a trace by better ones, in place.
+
+    Parameters
+    ----------
+    ways : the take followed forwards, and backwards.
+
+    Returns
+    -------
+    First frame and frame after the last of every stretch replaced.
+    """
+    done: list[tuple[int, int]] = []
+    state = new_state(len(thing.sigma), len(thing.mean))
+    excess = suspicious(trace.cost, len(thing.sigma))
+    strangers = 0
+    for _ in range(SUSPECTS):
+        t = int(np.argmax(excess))
+        if excess[t] <= 0.0:
+            break
+        cost = amend(t, ways[0], state, kit, trace)
+        if cost > trace.cost[t] - BETTER and strangers < STRANGERS:
+            strangers += 1
+            cost = _stranger(t, ways[0], thing, kit, settings, solving, state)
+        a, b = t, t + 1
+        if cost < trace.cost[t] - BETTER:
+            a, b = _take_over(t, ways, thing, kit, state, trace)
+            if b > a:
+                done.append((a, b))
+        excess[max(min(a, t) - AROUND, 0) : max(b, t) + 1 + AROUND] = 0.0
+    return done
+
+
+def _stranger(
+    t: int,
+    way: Way,
+    thing: Sought,
+    kit: Kit,
+    settings: LabelConfig,
+    solving: SolveConfig,
+    state: State,
+) -> float:
+    """Find the hand in a frame as if nothing were known; return what it is worth."""
+    ways = search(
+        way.at[way.start[t] : way.start[t + 1]],
+        thing,
+        t,
+        rules=kit.rules,
+        alpha=settings.alpha,
+        solving=solving,
+        postures=len(thing.starts),
+        rotations=30,
+        keep=30,
+    )
+    if not ways:
+        return math.inf
+    state.pose[:], state.chosen[:] = ways[0].pose, ways[0].chosen
+    points = way.at[way.start[t] : way.start[t + 1]]
+    target_of(points, state.chosen, state.target, state.weight)
+    misfit(state.pose, state.target, state.weight, kit.tree, kit.k)
+    return float(worth(state.weight, kit))
+
+
+def _take_over(
+    t: int,
+    ways: tuple[Way, Way],
+    thing: Sought,
+    kit: Kit,
+    found: State,
+    trace: Trace,
+) -> tuple[int, int]:
+    """Follow a better fit both ways, as far as it stays better in sum.
+
+    Returns
+    -------
+    The first frame replaced, and the one after the last.
+    """
+    frames, markers = trace.chosen.shape
+    other = make_trace(frames, markers, len(thing.mean))
+    edges = []
+    for way, by in zip(ways, (1, -1), strict=True):
+        state = new_state(markers, len(thing.mean))
+        state.pose[:] = found.pose
+        gone = (found.chosen < 0).astype(np.int64)
+        book = new_book(thing, kit.rules, gone)
+        here, best, gain, edge = t, 0.0, 0.0, t
+        end = frames if by > 0 else -1
+        while here != end:
+            stop = min(here + STRETCH, frames) if by > 0 else max(here - STRETCH, -1)
+            reached = int(follow(way, here, stop, by, state, book, kit, other))
+            rows = np.arange(here, reached, by)
+            gains = gain + np.cumsum(
+                _known(trace.cost[rows]) - _known(other.cost[rows])
+            )
+            if len(rows) and gains.max() > best:
+                best, edge = float(gains.max()), int(rows[np.argmax(gains)]) + by
+            if len(rows) == 0 or reached != stop or edge != stop:
+                break
+            gain, here = float(gains[-1]), stop
+        edges.append(edge)
+    if edges == [t, t]:
+        return t, t
+    a, b = min(edges[1] + 1, t), max(edges[0], t + 1)
+    for mine, theirs in zip(trace, other, strict=True):
+        mine[a:b] = theirs[a:b]
+    return a, b
+
+
+def _known(cost: Floats) -> Floats:
+    """Costs, with a high one where there is none."""
+    return np.where(np.isfinite(cost), cost, 1e3)
