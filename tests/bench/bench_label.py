@@ -4,8 +4,8 @@ Real: nothing but the points of each frame is given, in random order, other peop
 objects' points among them. The hand is calibrated on one part with its labels, and the
 other part is labelled: the second half of `dfki13` and of guitar `Pick1`, and those
 sequences of each sig18 user that were not calibrated on (every third was), each from
-its own first frames, in whatever posture. "wrong" counts labels on another point than the
-recording's own label (which are not always right); "lost" sequences are those with F1
+its own first frames, in whatever posture. "wrong" counts labels on another point than
+the recording's own label (not always right); "lost" sequences are those with F1
 under 0.9. The baseline goes frame to frame without a model, but starts from the true
 labels of the first frame.
 
