@@ -1,0 +1,134 @@
+"""Labelling: right names, nothing lost, whatever the order, the room or the ghosts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from handclean.errors import HandcleanError
+from handclean.labels.label import label
+from handclean.recording import Origin, Points, Recording
+from handclean.simulation.settings import SimulateConfig
+from handclean.simulation.simulate import simulate
+
+SETTINGS = SimulateConfig(
+    trials=1, seed=12, rate_hz=100.0, ghosts_per_s=2.0, impostors_per_s=0.4
+)
+
+
+@pytest.fixture(scope="module")
+def trial():
+    """A simulated grasp with gaps, ghosts and impostors."""
+    return next(iter(simulate("grasp", SETTINGS)))
+
+
+@pytest.fixture(scope="module")
+def labelled(trial):
+    return label(trial.unlabelled, trial.subject)[0]
+
+
+def rows(points, order=None):
+    """The same points in another order, columns told or not."""
+    frame = points.frame[order]
+    return replace(
+        points,
+        frame=frame,
+        source=points.source[order],
+        positions=points.positions[order],
+        residual=None if points.residual is None else points.residual[order],
+        cameras=None if points.cameras is None else points.cameras[order],
+    )
+
+
+def shuffled(points, rng):
+    return rows(points, np.lexsort((rng.random(len(points.frame)), points.frame)))
+
+
+def without_columns(recording, rng):
+    points = shuffled(recording.unlabelled, rng)
+    nowhere = np.full_like(points.source, -1)
+    return replace(recording, unlabelled=replace(points, source=nowhere))
+
+
+def scores(found, truth):
+    """Precision and recall over measured samples."""
+    right = found.measured & truth.measured
+    right &= (found.positions == truth.positions).all(axis=2)
+    return right.sum() / found.measured.sum(), right.sum() / truth.measured.sum()
+
+
+def test_markers_get_their_names_and_ghosts_none(trial, labelled):
+    precision, recall = scores(labelled.markers, trial.labelled.markers)
+    assert precision > 0.999
+    assert recall > 0.995
+
+
+def test_without_columns_the_names_are_as_good(trial, rng):
+    found = label(without_columns(trial.unlabelled, rng), trial.subject)[0]
+    precision, recall = scores(found.markers, trial.labelled.markers)
+    assert precision > 0.998
+    assert recall > 0.99
+
+
+def test_nothing_measured_is_changed_or_lost(trial, labelled):
+    markers = labelled.markers
+    named = markers.positions[markers.origin > Origin.MISSING]
+    left = labelled.unlabelled.positions
+    both = np.vstack([named, left])
+    before = trial.unlabelled.unlabelled.positions
+    assert len(both) == len(before)
+    np.testing.assert_array_equal(
+        both[np.lexsort(both.T)], before[np.lexsort(before.T)]
+    )
+
+
+def test_the_order_of_points_within_a_frame_does_not_matter(trial, labelled, rng):
+    points = shuffled(trial.unlabelled.unlabelled, rng)
+    again = label(replace(trial.unlabelled, unlabelled=points), trial.subject)[0]
+    np.testing.assert_array_equal(again.markers.positions, labelled.markers.positions)
+
+
+def test_labelling_twice_gives_the_same(trial, labelled):
+    again = label(trial.unlabelled, trial.subject)[0]
+    np.testing.assert_array_equal(again.markers.positions, labelled.markers.positions)
+    np.testing.assert_array_equal(again.markers.confidence, labelled.markers.confidence)
+
+
+def test_the_laboratory_may_stand_anywhere(trial, labelled, rng):
+    turn, shift = Rotation.random(rng=rng), np.array([3.0, -2.0, 1.0])
+    points = trial.unlabelled.unlabelled
+    moved = replace(points, positions=turn.apply(points.positions) + shift)
+    found = label(replace(trial.unlabelled, unlabelled=moved), trial.subject)[0]
+    same = found.markers.measured == labelled.markers.measured
+    assert same.mean() > 0.999
+
+
+def test_confidence_is_a_share_and_given_to_labels_only(labelled):
+    sure, has = labelled.markers.confidence, labelled.markers.measured
+    assert (sure[has] > 0.0).all()
+    assert (sure <= 1.0).all()
+    assert not sure[~has].any()
+
+
+def test_sources_name_the_points_the_labels_came_from(trial, labelled):
+    points, markers = trial.unlabelled.unlabelled, labelled.markers
+    known = {
+        (int(f), int(s)): p
+        for f, s, p in zip(points.frame, points.source, points.positions, strict=True)
+    }
+    for t, m in np.argwhere(markers.measured)[::97]:
+        place = known[int(t), int(markers.source[t, m])]
+        np.testing.assert_array_equal(markers.positions[t, m], place)
+
+
+def test_a_take_without_the_hand_is_refused_in_one_line(trial, rng):
+    points = Points(
+        frame=np.repeat(np.arange(20), 3).astype(np.int32),
+        source=np.tile(np.arange(3), 20).astype(np.int32),
+        positions=rng.normal(size=(60, 3)),
+    )
+    take = Recording(rate=100.0, frames=20, unlabelled=points)
+    with pytest.raises(HandcleanError, match="hand") as caught:
+        label(take, trial.subject)
+    assert "\n" not in str(caught.value)
