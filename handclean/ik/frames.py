@@ -291,7 +291,7 @@ def solve_frames(
             )  # fmt: skip
             residual[t] = rms(here, k)
             odd = t >= soon and residual[t] > 1.5 * usual + restart_m
-            poor = t >= later and residual[t] > 1.2 * lowest
+            poor = t >= later and usual > 1.1 * lowest
             if odd or poor:
                 soon, later, before = t + SOON, t + LATER, residual[t]
                 poses[t] = pose
