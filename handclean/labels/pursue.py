@@ -19,7 +19,7 @@ from handclean.labels.links import path_links
 from handclean.labels.models import Sought
 from handclean.labels.points import Cloud
 from handclean.labels.repair import repair
-from handclean.labels.review import names_of, paths, refit, review, usual_variance
+from handclean.labels.review import paths_of, refit, review, usual_variance
 from handclean.labels.settings import LabelConfig
 from handclean.labels.track import follow
 
@@ -40,15 +40,14 @@ def first_fit(
     settings: LabelConfig,
     solving: SolveConfig,
 ) -> Found | None:
-    """Find the model in the best of the early, full frames."""
+    """Find the model in the best of the frames with the most points."""
     counts = np.diff(cloud.start)
     least = max(4, len(thing.sigma) // 2)
     if cloud.frames == 0 or counts.max() < least:
         return None
-    full = min(len(thing.sigma), int(np.percentile(counts, 90)))
+    many = max(settings.start_frames, len(counts) // 50)
+    full = np.sort(counts)[-min(many, len(counts))]
     rows = np.flatnonzero(counts >= max(full, least))
-    if len(rows) == 0:
-        rows = np.flatnonzero(counts >= least)
     spread = np.linspace(0, len(rows) - 1, settings.start_frames).astype(int)
     best: Found | None = None
     for effort in EFFORTS:
@@ -135,25 +134,19 @@ def pursue(
 
 def _review(cloud: Cloud, after: Ints, before: Ints, kit: Kit, trace: Trace) -> None:
     """Judge the points' paths as wholes, if paths tell anything in this take."""
-    names = names_of(trace, len(cloud.at))
-    rows = np.flatnonzero((after >= 0) & (names >= 0))
-    if len(rows) == 0 or np.mean(names[after[rows]] == names[rows]) < STEADFAST:
+    paths = paths_of(cloud, after, before, trace)
+    rows = np.flatnonzero((after >= 0) & (paths.name >= 0))
+    if len(rows) == 0:
         return
-    first, length = paths(after, before)
+    if np.mean(paths.name[after[rows]] == paths.name[rows]) < STEADFAST:
+        return
     way = Way(cloud.at, cloud.start, before)
-    markers, hinges = trace.chosen.shape[1], len(kit.mean)
     kit = kit._replace(variance=usual_variance(way, trace, kit))
-    state = new_state(markers, hinges)
-    frame = cloud.frame.astype(np.int64)
-    changed = np.zeros(cloud.frames, dtype=bool)
+    state = new_state(trace.chosen.shape[1], len(kit.mean))
     for _ in range(REVIEWS):
-        changed[:] = False
-        review(
-            first, length, after, before, frame, way, state, kit, trace, names, changed
-        )
-        if not changed.any():
+        if review(paths, way, state, kit, trace) == 0:
             break
-        refit(changed, way, state, kit, trace)
+        refit(paths, way, state, kit, trace)
 
 
 def _run(

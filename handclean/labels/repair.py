@@ -16,7 +16,7 @@ from handclean.ik.settings import SolveConfig
 from handclean.kernels import jit
 from handclean.kernels.gauss_newton import misfit
 from handclean.labels.align import search
-from handclean.labels.bend import bend, narrow, target_of, worth
+from handclean.labels.bend import MISSING, bend, narrow, target_of, worth
 from handclean.labels.corrections import BETTER, exchange, reach_out
 from handclean.labels.kit import (
     Kit,
@@ -26,6 +26,7 @@ from handclean.labels.kit import (
     make_trace,
     new_book,
     new_state,
+    put,
 )
 from handclean.labels.models import Sought
 from handclean.labels.settings import LabelConfig
@@ -36,6 +37,12 @@ AROUND = 2
 
 SUSPECTS, STRANGERS = 30, 6
 """How many bad frames are looked at again; how many as if nothing were known."""
+
+STRANGE = 2.5
+"""Cost per assigned marker at which nothing that is known may be right."""
+
+BESIDE = 0.04
+"""[m] a point nearer than this to a marker's place is near the hand."""
 
 STRETCH = 200
 """Frames that are followed before it is asked whether to go on."""
@@ -70,19 +77,68 @@ def amend(t: int, way: Way, s: State, kit: Kit, trace: Trace) -> float:
     return exchange(s.pose, points, s, kit, cost)
 
 
-def suspicious(cost: Floats, markers: int) -> Floats:
+@jit
+def tally(
+    way: Way, s: State, kit: Kit, trace: Trace, fit: Floats, spare: Floats
+) -> None:
+    """Write what the assigned markers of a frame cost, and what is missing needlessly.
+
+    Parameters
+    ----------
+    fit : (T,) squared standard deviations per assigned marker; NaN where there are
+        none.
+    spare : (T,) markers without a point, as far as there are points without a marker
+        near the hand.
+    """
+    markers = s.weight.shape[0]
+    for t in range(trace.chosen.shape[0]):
+        fit[t], spare[t] = math.nan, 0.0
+        if not trace.known[t]:
+            continue
+        put(trace.pose[t], kit, s.places)
+        begin, end = way.start[t], way.start[t + 1]
+        free = np.ones(end - begin, np.bool_)
+        total, count = 0.0, 0
+        for m in range(markers):
+            p = trace.chosen[t, m]
+            if p < 0:
+                continue
+            free[p - begin] = False
+            d2 = 0.0
+            for n in range(3):
+                d2 += (way.at[p, n] - s.places[m, n]) ** 2
+            total += min(d2 / kit.variance[m], MISSING)
+            count += 1
+        if count > 0:
+            fit[t] = total / count
+        near = 0
+        for p in range(end - begin):
+            if not free[p]:
+                continue
+            for m in range(markers):
+                d2 = 0.0
+                for n in range(3):
+                    d2 += (way.at[begin + p, n] - s.places[m, n]) ** 2
+                if d2 < BESIDE * BESIDE:
+                    near += 1
+                    break
+        spare[t] = min(markers - count, near)
+
+
+def suspicious(fit: Floats, spare: Floats, markers: int) -> Floats:
     """(T,) by how much the cost around each frame is above what is usual, or 0."""
-    known = np.isfinite(cost)
+    known = np.isfinite(fit)
     if not known.any():
-        return np.zeros(len(cost))
+        return np.zeros(len(fit))
     kernel = np.ones(2 * AROUND + 1)
-    filled = np.where(known, cost, 0.0)
     weight = np.maximum(np.convolve(known, kernel, mode="same"), 1.0)
-    mean = np.convolve(filled, kernel, mode="same") / weight
+    mean = np.convolve(np.where(known, fit, 0.0), kernel, mode="same") / weight
     middle = float(np.median(mean[known]))
     spread = 1.48 * float(np.median(np.abs(mean[known] - middle)))
-    usual = min(middle + 3.0 * spread, 1.6 * markers) + BETTER
-    return np.where(known, np.maximum(mean - usual, 0.0), 0.0)
+    most = min(middle + 4.0 * spread, max(1.5, 1.5 * middle)) + BETTER / markers
+    excess = np.where(mean > most, mean / most - 1.0, 0.0)
+    idle = np.convolve(spare, kernel, mode="same") / len(kernel)
+    return np.where(known, excess + np.where(idle > 1.5, idle, 0.0), 0.0)
 
 
 def repair(
@@ -105,14 +161,17 @@ def repair(
     """
     done: list[tuple[int, int]] = []
     state = new_state(len(thing.sigma), len(thing.mean))
-    excess = suspicious(trace.cost, len(thing.sigma))
+    fit, spare = np.zeros(len(trace.known)), np.zeros(len(trace.known))
+    tally(ways[0], state, kit, trace, fit, spare)
+    excess = suspicious(fit, spare, len(thing.sigma))
     strangers = 0
     for _ in range(SUSPECTS):
         t = int(np.argmax(excess))
         if excess[t] <= 0.0:
             break
         cost = amend(t, ways[0], state, kit, trace)
-        if cost > trace.cost[t] - BETTER and strangers < STRANGERS:
+        strange = fit[t] > STRANGE or spare[t] > 1.0
+        if cost > trace.cost[t] - BETTER and strange and strangers < STRANGERS:
             strangers += 1
             cost = _stranger(t, ways[0], thing, kit, settings, solving, state)
         a, b = t, t + 1
@@ -194,8 +253,8 @@ def _take_over(
     if edges == [t, t]:
         return t, t
     a, b = min(edges[1] + 1, t), max(edges[0], t + 1)
-    for mine, theirs in zip(trace, other, strict=True):
-        mine[a:b] = theirs[a:b]
+    for name in Trace._fields:
+        getattr(trace, name)[a:b] = getattr(other, name)[a:b]
     return a, b
 
 

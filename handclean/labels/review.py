@@ -11,12 +11,12 @@ from where it was last seen.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
-from handclean.kernels.gauss_newton import misfit
 from handclean.labels.bend import distance, resettle, worth
 from handclean.labels.corrections import rebend
 from handclean.labels.kit import (
@@ -29,6 +29,7 @@ from handclean.labels.kit import (
     Way,
     put,
 )
+from handclean.labels.points import Cloud
 
 SAMPLES = 6
 """Frames of a path that are looked at."""
@@ -39,26 +40,65 @@ SHORTEST = 3
 MARGIN = 2.0
 """By how much, in `worth`, another name must be better."""
 
+WELL = 6.0
+"""A name fits well if the path is worth so much more with it than without."""
+
 JUMP = 4.0
 """What it costs at most that a finger jumped."""
 
-NEAR = 0.08
-"""[m] how far a hidden marker may be from a path that could be its."""
+NEAR, TOUCHING = 0.08, 0.035
+"""[m] how far a hidden marker may be from a path that could be its; the same where the
+path fits another name well, and between markers that may have changed places."""
 
 RIVALS = 3
 """How many hidden markers a path is tried as."""
 
 
-def paths(after: Ints, before: Ints) -> tuple[Ints, Ints]:
-    """(N,) first row and length of every path."""
+class Paths(NamedTuple):
+    """N paths through P points.
+
+    first, length (N,) row of the first point, how many points; after, before (P,) row
+    of the next, the last point, -1 none; frame (P,); name (P,) marker, -1 none;
+    changed (T,) frames in which points got another name.
+    """
+
+    first: Ints
+    length: Ints
+    after: Ints
+    before: Ints
+    frame: Ints
+    name: Ints
+    changed: Bools
+
+
+class Glance(NamedTuple):
+    """Some points of a path, spread over its life: rows and frames, both (n,)."""
+
+    rows: Ints
+    frames: Ints
+
+
+def paths_of(cloud: Cloud, after: Ints, before: Ints, trace: Trace) -> Paths:
+    """Collect the paths, and the names that a trace gives their points."""
     first = np.flatnonzero(before < 0)
     length = np.zeros(len(first), dtype=np.int64)
-    measure(first, after, length)
-    return first, length
+    _measure(first, after, length)
+    name = np.full(len(after), -1)
+    frames, markers = np.nonzero(trace.chosen >= 0)
+    name[trace.chosen[frames, markers]] = markers
+    return Paths(
+        first=first,
+        length=length,
+        after=after,
+        before=before,
+        frame=cloud.frame.astype(np.int64),
+        name=name,
+        changed=np.zeros(cloud.frames, dtype=bool),
+    )
 
 
 @jit
-def measure(first: Ints, after: Ints, length: Ints) -> None:
+def _measure(first: Ints, after: Ints, length: Ints) -> None:
     """Write how many points each path has."""
     for n in range(first.shape[0]):
         row, count = first[n], 0
@@ -69,26 +109,54 @@ def measure(first: Ints, after: Ints, length: Ints) -> None:
 
 
 @jit
-def names_of(trace: Trace, rows: int) -> Ints:
-    """(P,) the marker each point is, -1 none."""
-    name = np.full(rows, -1)
-    for t in range(trace.chosen.shape[0]):
-        for m in range(trace.chosen.shape[1]):
-            if trace.chosen[t, m] >= 0:
-                name[trace.chosen[t, m]] = m
-    return name
+def glance(n: int, paths: Paths) -> Glance:
+    """Return some points of path n."""
+    length = paths.length[n]
+    count = min(SAMPLES, length)
+    rows, frames = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    row, k = paths.first[n], 0
+    for i in range(length):
+        while k < count and i == (k * (length - 1)) // max(count - 1, 1):
+            rows[k], frames[k] = row, paths.frame[row]
+            k += 1
+        row = paths.after[row]
+    return Glance(rows, frames)
+
+
+@jit
+def own_name(n: int, paths: Paths, markers: int) -> tuple[int, int]:
+    """Return the name that most points of a path have, -1 none; and how many do."""
+    votes = np.zeros(markers, np.int64)
+    row = paths.first[n]
+    while row >= 0:
+        if paths.name[row] >= 0:
+            votes[paths.name[row]] += 1
+        row = paths.after[row]
+    best = int(np.argmax(votes))
+    return (best, votes[best]) if votes[best] > 0 else (-1, 0)
 
 
 @jit
 def suppose(
-    t: int, row: int, name: int, next: int, way: Way, s: State, kit: Kit, trace: Trace
+    t: int,
+    row: int,
+    name: int,
+    other: int,
+    bent: bool,
+    way: Way,
+    s: State,
+    kit: Kit,
+    trace: Trace,
 ) -> float:
     """Return what the fit of a frame is worth if a point had another name.
 
     Parameters
     ----------
     row : the point; name : marker it shall be, -1 none.
-    next : marker that the point which has that name shall be, -1 none may have it.
+    other : marker that the point which has that name shall be, -1 none may have it.
+        With the point's own name the two change places.
+    bent : whether to bend these markers' fingers from other postures in any case; else
+        only if it does not fit.
 
     Returns
     -------
@@ -97,13 +165,13 @@ def suppose(
     moved = -1
     if name >= 0 and trace.chosen[t, name] != row:
         moved = trace.chosen[t, name]
-    if moved >= 0 and (next < 0 or trace.chosen[t, next] >= 0):
+    if moved >= 0 and (other < 0 or trace.chosen[t, other] not in (-1, row)):
         return math.inf
     for m in range(s.weight.shape[0]):
         p = trace.chosen[t, m]
         if m == name:
             p = row
-        elif m == next and moved >= 0:
+        elif m == other and moved >= 0:
             p = moved
         elif p == row:
             p = -1
@@ -114,12 +182,13 @@ def suppose(
     s.attempt[:] = trace.pose[t]
     resettle(s.attempt, kit.none, s, kit)
     found = worth(s.weight, kit)
-    if name >= 0 and kit.branch[name] > 0:
-        far = distance(kit, name) ** 2 > 4.0 * kit.variance[name]
-        if far or found > 2.0 * s.weight.shape[0]:
-            found = rebend(s.attempt, kit.branch[name], s, kit)
-            if next >= 0 and kit.branch[next] > 0:
-                found = rebend(s.attempt, kit.branch[next], s, kit)
+    if name < 0:
+        return found
+    far = distance(kit, name) ** 2 > 4.0 * kit.variance[name]
+    if bent or far or found > 2.0 * s.weight.shape[0]:
+        for m in (name, other):
+            if m >= 0 and kit.branch[m] > 0:
+                found = rebend(s.attempt, kit.branch[m], s, kit)
     return found
 
 
@@ -148,10 +217,10 @@ def jump(t: int, by: int, name: int, s: State, kit: Kit, trace: Trace) -> float:
 
 @jit
 def judge_path(
-    rows: Ints,
-    frames: Ints,
+    seen: Glance,
     name: int,
-    next: int,
+    other: int,
+    bent: bool,
     way: Way,
     s: State,
     kit: Kit,
@@ -163,20 +232,21 @@ def judge_path(
 
     Parameters
     ----------
-    rows, frames : (SAMPLES,) points of the path and their frames, rising.
-    name, next : see `suppose`.
+    name, other, bent : see `suppose`.
     """
     total, count, jumps = 0.0, 0, 0.0
-    for n in range(rows.shape[0]):
-        if not trace.known[frames[n]]:
+    size = seen.rows.shape[0]
+    for n in range(size):
+        t = seen.frames[n]
+        if not trace.known[t]:
             continue
-        found = suppose(frames[n], rows[n], name, next, way, s, kit, trace)
+        found = suppose(t, seen.rows[n], name, other, bent, way, s, kit, trace)
         if found == math.inf:
             return math.inf, 0.0
         if name >= 0 and n == 0:
-            jumps += jump(frames[n], -1, name, s, kit, trace)
-        if name >= 0 and n == rows.shape[0] - 1:
-            jumps += jump(frames[n], 1, name, s, kit, trace)
+            jumps += jump(t, -1, name, s, kit, trace)
+        if name >= 0 and n == size - 1:
+            jumps += jump(t, 1, name, s, kit, trace)
         total += found
         count += 1
     return (total / count, jumps) if count > 0 else (math.inf, 0.0)
@@ -184,57 +254,55 @@ def judge_path(
 
 @jit
 def rivals(
-    rows: Ints, frames: Ints, own: int, way: Way, s: State, kit: Kit, trace: Trace,
-    out: Ints,
-) -> int:  # fmt: skip
-    """Write the hidden markers nearest to a path, at most as many as ``out`` holds.
+    seen: Glance, own: int, well: bool, way: Way, s: State, kit: Kit, trace: Trace
+) -> Ints:
+    """Return the hidden markers nearest to a path, the nearest first.
 
-    Returns
-    -------
-    How many there are.
+    Parameters
+    ----------
+    own, well : the path's name, -1 none, and whether it fits well. Then only markers
+        on other fingers, as far out and very near, are rivals.
     """
     markers = s.weight.shape[0]
     near = np.full(markers, math.inf)
-    for n in range(rows.shape[0]):
-        put(trace.pose[frames[n]], kit, s.places)
+    for n in range(seen.rows.shape[0]):
+        put(trace.pose[seen.frames[n]], kit, s.places)
         for m in range(markers):
-            if m == own or trace.chosen[frames[n], m] >= 0:
+            if m == own or trace.chosen[seen.frames[n], m] >= 0:
                 near[m] = -1.0
-                continue
-            d = 0.0
-            for j in range(3):
-                d += (s.places[m, j] - way.at[rows[n], j]) ** 2
-            near[m] = min(near[m], math.sqrt(d))
+            near[m] = min(near[m], _apart(s.places[m], way.at[seen.rows[n]]))
+    if well:
+        for m in range(markers):
+            if kit.branch[m] == kit.branch[own] or kit.rank[m] != kit.rank[own]:
+                near[m] = -1.0
+    found = np.zeros(RIVALS, np.int64)
     count = 0
-    while count < out.shape[0]:
-        best, at = NEAR, -1
+    while count < RIVALS:
+        best, at = TOUCHING if well else NEAR, -1
         for m in range(markers):
             if 0.0 <= near[m] < best:
                 best, at = near[m], m
         if at < 0:
             break
-        out[count] = at
+        found[count] = at
         near[at] = -1.0
         count += 1
-    return count
+    return found[:count]
 
 
 @jit
-def rename(
-    first: int,
-    name: int,
-    way: Way,
-    after: Ints,
-    frame: Ints,
-    names: Ints,
-    trace: Trace,
-    changed: Bools,
-) -> None:
+def _apart(a: Floats, b: Floats) -> float:
+    """[m] distance of two places."""
+    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@jit
+def rename(first: int, name: int, paths: Paths, trace: Trace) -> None:
     """Give all points of a path a name, where no other point has it."""
     row, last = first, -1
     while row >= 0:
-        t = frame[row]
-        old = names[row]
+        t = paths.frame[row]
+        old = paths.name[row]
         free = name < 0 or trace.chosen[t, name] < 0
         if old != name and free and trace.known[t]:
             if old >= 0:
@@ -245,24 +313,198 @@ def rename(
                 trace.chosen[t, name] = row
                 trace.fate[t, name] = FOLLOWED if last >= 0 else RETURNED
                 trace.sure[t, name] = 0.9
-            names[row] = name
-            changed[t] = True
+            paths.name[row] = name
+            paths.changed[t] = True
         last = row
-        row = after[row]
+        row = paths.after[row]
 
 
 @jit
-def sample(
-    first: int, length: int, after: Ints, frame: Ints, rows: Ints, at: Ints
-) -> None:
-    """Write some rows of a path, spread over its life, and their frames."""
-    count = rows.shape[0]
-    row, n = first, 0
-    for i in range(length):
-        while n < count and i == (n * (length - 1)) // max(count - 1, 1):
-            rows[n], at[n] = row, frame[row]
-            n += 1
-        row = after[row]
+def review_path(
+    n: int, paths: Paths, way: Way, s: State, kit: Kit, trace: Trace
+) -> bool:
+    """Judge one path; rename it if it is worth more as something else.
+
+    Returns
+    -------
+    Whether it was renamed.
+    """
+    own, votes = own_name(n, paths, s.weight.shape[0])
+    if own < 0 and paths.length[n] < SHORTEST:
+        return False
+    seen = glance(n, paths)
+    nothing = judge_path(seen, -1, -1, False, way, s, kit, trace)[0]
+    name, best, well = -1, math.inf, False
+    if own >= 0:
+        cost, jumps = judge_path(seen, own, -1, False, way, s, kit, trace)
+        if cost == math.inf:  # the name is another's in some of its frames
+            return False
+        well = cost < nothing - WELL
+        if cost < nothing + MARGIN:
+            name, best = own, cost + jumps - MARGIN
+    others = rivals(seen, own, well, way, s, kit, trace)
+    if own >= 0 and others.shape[0] > 0:  # as much trouble for it as for its rivals
+        cost, jumps = judge_path(seen, own, -1, True, way, s, kit, trace)
+        best = min(best, cost + jumps - MARGIN)
+    for m in others:
+        cost, jumps = judge_path(seen, m, -1, True, way, s, kit, trace)
+        if cost < nothing - MARGIN and cost + jumps < best:
+            name, best = m, cost + jumps
+    if name < 0 and displace(seen, nothing, paths, way, s, kit, trace):
+        return True
+    if name >= 0 and name == own:
+        if change_places(seen, own, paths, way, s, kit, trace):
+            return True
+        if votes == paths.length[n]:
+            return False
+    elif name == own:
+        return False
+    rename(paths.first[n], name, paths, trace)
+    return True
+
+
+@jit
+def review(paths: Paths, way: Way, s: State, kit: Kit, trace: Trace) -> int:
+    """Judge every path, see `review_path`; return how many were renamed."""
+    renamed = 0
+    for n in range(paths.first.shape[0]):
+        if review_path(n, paths, way, s, kit, trace):
+            renamed += 1
+    return renamed
+
+
+@jit
+def displace(
+    seen: Glance,
+    nothing: float,
+    paths: Paths,
+    way: Way,
+    s: State,
+    kit: Kit,
+    trace: Trace,
+) -> bool:
+    """Give a path of no marker another path's name, and that path a hidden marker's.
+
+    Where two fingertips are hidden in turns, the first to come back may have been taken
+    for the other; it shows when the other comes back, too.
+
+    Parameters
+    ----------
+    nothing : what the path is worth as no marker.
+
+    Returns
+    -------
+    Whether that was better, by the margin, and was done.
+    """
+    markers, t = s.weight.shape[0], seen.frames[0]
+    best, name, to = nothing - 2.0 * MARGIN, -1, -1
+    put(trace.pose[t], kit, s.places)
+    places = s.places.copy()
+    for m in range(markers):
+        if _apart(places[m], way.at[seen.rows[0]]) > NEAR or kit.branch[m] == 0:
+            continue
+        held = True
+        for frame in seen.frames:
+            held = held and trace.chosen[frame, m] >= 0
+        if not held:
+            continue
+        there = way.at[trace.chosen[t, m]]
+        for n in range(markers):
+            if trace.chosen[t, n] >= 0 or _apart(places[n], there) > NEAR:
+                continue
+            found = judge_path(seen, m, n, True, way, s, kit, trace)[0]
+            if found < best:
+                best, name, to = found, m, n
+    if name < 0:
+        return False
+    rename(begin(trace.chosen[t, name], paths), to, paths, trace)
+    rename(seen.rows[0], name, paths, trace)
+    return True
+
+
+@jit
+def begin(row: int, paths: Paths) -> int:
+    """Return the first point of the part of a path that has the same name."""
+    name = paths.name[row]
+    while paths.before[row] >= 0 and paths.name[paths.before[row]] == name:
+        row = paths.before[row]
+    return row
+
+
+@jit
+def change_places(
+    seen: Glance,
+    own: int,
+    paths: Paths,
+    way: Way,
+    s: State,
+    kit: Kit,
+    trace: Trace,
+) -> bool:
+    """Let a path and one on another finger, as far out, change names if that is better.
+
+    Only the frames in which both are seen can tell.
+
+    Returns
+    -------
+    Whether that was better, by the margin, and was done.
+    """
+    best, name, there = 0.5 * MARGIN, -1, -1
+    for m in range(own + 1, s.weight.shape[0]):
+        if kit.branch[m] == kit.branch[own] or kit.rank[m] != kit.rank[own]:
+            continue
+        if kit.branch[m] == 0 or kit.branch[own] == 0:
+            continue
+        gain, count, row = 0.0, 0, -1
+        for n in range(seen.rows.shape[0]):
+            t, p = seen.frames[n], seen.rows[n]
+            row = trace.chosen[t, m]
+            if row < 0 or trace.chosen[t, own] != p or not trace.known[t]:
+                continue
+            if _apart(way.at[row], way.at[p]) > TOUCHING:
+                continue
+            now = suppose(t, p, own, m, True, way, s, kit, trace)
+            gain += now - suppose(t, p, m, own, True, way, s, kit, trace)
+            count += 1
+            if gain < -4.0 * MARGIN:
+                break
+            last = row
+        if count > 0 and gain / count > best:
+            best, name, there = gain / count, m, last
+    if name < 0:
+        return False
+    other = begin(there, paths)
+    rename(seen.rows[0], -1, paths, trace)
+    rename(other, own, paths, trace)
+    rename(seen.rows[0], name, paths, trace)
+    return True
+
+
+@jit
+def refit(paths: Paths, way: Way, s: State, kit: Kit, trace: Trace) -> None:
+    """Solve the frames whose names changed anew, from the poses they had."""
+    for t in range(paths.changed.shape[0]):
+        if not paths.changed[t]:
+            continue
+        paths.changed[t] = False
+        square, count = 0.0, 0
+        for m in range(s.weight.shape[0]):
+            p = trace.chosen[t, m]
+            s.weight[m] = 0.0
+            if p >= 0:
+                s.weight[m] = 1.0
+                s.target[m] = way.at[p]
+                count += 1
+        if count < 4:
+            continue
+        s.attempt[:] = trace.pose[t]
+        resettle(s.attempt, kit.none, s, kit)
+        for m in range(s.weight.shape[0]):
+            if s.weight[m] > 0.0:
+                square += distance(kit, m) ** 2
+        trace.pose[t] = s.attempt
+        trace.cost[t] = worth(s.weight, kit)
+        trace.rms[t] = math.sqrt(square / count)
 
 
 def usual_variance(way: Way, trace: Trace, kit: Kit) -> Floats:
@@ -283,166 +525,3 @@ def usual_variance(way: Way, trace: Trace, kit: Kit) -> Floats:
         seen = away[np.isfinite(away[:, m]), m]
         variance[m] = max(variance[m], float(np.quantile(seen, 0.8)))
     return variance
-
-
-@jit
-def review(
-    first: Ints,
-    length: Ints,
-    after: Ints,
-    back: Ints,
-    frame: Ints,
-    way: Way,
-    s: State,
-    kit: Kit,
-    trace: Trace,
-    names: Ints,
-    changed: Bools,
-) -> int:
-    """Judge every path; rename those that are worth more as something else.
-
-    Parameters
-    ----------
-    first, length : (N,) paths; after, back, frame : (P,) of the points.
-    names : (P,) see `names_of`, kept up to date; changed : (T,) set where renamed.
-
-    Returns
-    -------
-    How many paths were renamed.
-    """
-    markers = s.weight.shape[0]
-    votes, others = np.zeros(markers + 1, np.int64), np.zeros(RIVALS, np.int64)
-    renamed = 0
-    for n in range(first.shape[0]):
-        votes[:] = 0
-        row = first[n]
-        while row >= 0:
-            votes[names[row]] += 1
-            row = after[row]
-        own = -1
-        for m in range(markers):
-            if votes[m] > 0 and (own < 0 or votes[m] > votes[own]):
-                own = m
-        if own < 0 and length[n] < SHORTEST:
-            continue
-        count = min(SAMPLES, length[n])
-        rows, frames = np.zeros(count, np.int64), np.zeros(count, np.int64)
-        sample(first[n], length[n], after, frame, rows, frames)
-        found = rivals(rows, frames, own, way, s, kit, trace, others)
-        if own < 0 and found == 0:
-            continue
-        nothing = judge_path(rows, frames, -1, -1, way, s, kit, trace)[0]
-        name, best = -1, math.inf
-        if own >= 0:
-            cost, jumps = judge_path(rows, frames, own, -1, way, s, kit, trace)
-            if cost == math.inf:  # the name is another's in some of its frames
-                name, best = own, nothing - MARGIN
-            elif cost < nothing + MARGIN:
-                name, best = own, cost + jumps - MARGIN
-        for i in range(found):
-            cost, jumps = judge_path(rows, frames, others[i], -1, way, s, kit, trace)
-            if cost < nothing - MARGIN and cost + jumps < best:
-                name, best = others[i], cost + jumps
-        if name < 0 and displace(
-            rows, frames, nothing, way, after, back, frame, s, kit, trace, names,
-            changed,
-        ):  # fmt: skip
-            renamed += 1
-            continue
-        mixed = votes[own] < length[n] if own >= 0 else False
-        if name != own or mixed:
-            rename(first[n], name, way, after, frame, names, trace, changed)
-            renamed += 1
-    return renamed
-
-
-@jit
-def displace(
-    rows: Ints,
-    frames: Ints,
-    nothing: float,
-    way: Way,
-    after: Ints,
-    back: Ints,
-    frame: Ints,
-    s: State,
-    kit: Kit,
-    trace: Trace,
-    names: Ints,
-    changed: Bools,
-) -> bool:
-    """Give a path of no marker another path's name, and that path a hidden marker's.
-
-    Where two fingertips are hidden in turns, the first to come back may have been taken
-    for the other; it shows when the other comes back, too.
-
-    Parameters
-    ----------
-    nothing : what the path is worth as no marker.
-    back : (P,) row of the point before on the path.
-
-    Returns
-    -------
-    Whether that was better, by the margin, and was done.
-    """
-    markers = s.weight.shape[0]
-    best, name, to = nothing - 2.0 * MARGIN, -1, -1
-    put(trace.pose[frames[0]], kit, s.places)
-    places = s.places.copy()
-    for m in range(markers):
-        if _apart(places[m], way.at[rows[0]]) > NEAR or kit.branch[m] == 0:
-            continue
-        held = True
-        for n in range(rows.shape[0]):
-            held = held and trace.chosen[frames[n], m] >= 0
-        if not held:
-            continue
-        for n in range(markers):
-            other = way.at[trace.chosen[frames[0], m]]
-            if trace.chosen[frames[0], n] >= 0 or _apart(places[n], other) > NEAR:
-                continue
-            found = judge_path(rows, frames, m, n, way, s, kit, trace)[0]
-            if found < best:
-                best, name, to = found, m, n
-    if name < 0:
-        return False
-    first = trace.chosen[frames[0], name]
-    while back[first] >= 0 and names[back[first]] == name:
-        first = back[first]
-    rename(first, to, way, after, frame, names, trace, changed)
-    first = rows[0]
-    rename(first, name, way, after, frame, names, trace, changed)
-    return True
-
-
-@jit
-def _apart(a: Floats, b: Floats) -> float:
-    """[m] distance of two places."""
-    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
-
-
-@jit
-def refit(changed: Bools, way: Way, s: State, kit: Kit, trace: Trace) -> None:
-    """Solve the frames whose names changed anew, from the poses they had."""
-    for t in range(changed.shape[0]):
-        if not changed[t]:
-            continue
-        square, count = 0.0, 0
-        for m in range(s.weight.shape[0]):
-            p = trace.chosen[t, m]
-            s.weight[m] = 0.0
-            if p >= 0:
-                s.weight[m] = 1.0
-                s.target[m] = way.at[p]
-                count += 1
-        if count < 4:
-            continue
-        s.attempt[:] = trace.pose[t]
-        resettle(s.attempt, kit.none, s, kit)
-        misfit(s.attempt, s.target, s.weight, kit.tree, kit.k)
-        for m in range(s.weight.shape[0]):
-            if s.weight[m] > 0.0:
-                square += distance(kit, m) ** 2
-        trace.pose[t] = s.attempt
-        trace.cost[t] = worth(s.weight, kit)
-        trace.rms[t] = math.sqrt(square / count)
