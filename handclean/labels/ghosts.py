@@ -13,8 +13,6 @@ been followed without a break may stray `STEADY` times as far: its path speaks f
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from handclean.arrays import Floats
 from handclean.kernels import jit
 
@@ -26,15 +24,24 @@ _RATE = 0.02
 
 
 class Usual(NamedTuple):
-    """(M,) [m], [m^2]: average and variance of each marker's distance."""
+    """(M,) [m], [m^2], [m]: average, variance of each marker's distance, and a limit.
+
+    No average grows beyond ``most``: a finger that is bent the wrong way round would
+    otherwise make its misfit usual.
+    """
 
     mean: Floats
     variance: Floats
+    most: Floats
 
 
-def usual(sigma: Floats) -> Usual:
+def usual(sigma: Floats, small: float) -> Usual:
     """Start from (M,) [m] RMS distances; those of random vectors have these moments."""
-    return Usual(mean=0.92 * sigma, variance=(0.39 * sigma) ** 2)
+    return Usual(
+        mean=0.92 * sigma,
+        variance=(0.39 * sigma) ** 2,
+        most=2.0 * sigma + small,
+    )
 
 
 @jit
@@ -47,10 +54,7 @@ def threshold(of: Usual, m: int, strict: float, small: float) -> float:
 def learn(of: Usual, m: int, distance: float, most: float) -> None:
     """Let an accepted distance [m], cut at ``most``, into the averages."""
     away = min(distance, most) - of.mean[m]
-    of.mean[m] += _RATE * away
-    of.variance[m] += _RATE * ((1.0 - _RATE) * away * away - of.variance[m])
-
-
-def copied(of: Usual) -> Usual:
-    """Return a copy that may be written to."""
-    return Usual(mean=np.array(of.mean), variance=np.array(of.variance))
+    limit = of.most[m]
+    of.mean[m] = min(of.mean[m] + _RATE * away, limit)
+    variance = of.variance[m] + _RATE * ((1.0 - _RATE) * away * away - of.variance[m])
+    of.variance[m] = min(variance, 0.25 * limit * limit)

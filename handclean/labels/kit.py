@@ -224,7 +224,7 @@ def new_book(thing: Sought, rules: Rules, gone: Ints) -> Book:
         bias=np.zeros((len(thing.sigma), 3)),
         surprise=thing.sigma**2 / 3.0 + (2.0 * rules.floor) ** 2 + 1e-6,
         gone=gone.astype(np.int64),
-        usual=usual(thing.sigma),
+        usual=usual(thing.sigma, rules.small),
     )
 
 

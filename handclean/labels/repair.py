@@ -16,8 +16,8 @@ from handclean.ik.settings import SolveConfig
 from handclean.kernels import jit
 from handclean.kernels.gauss_newton import misfit
 from handclean.labels.align import search
-from handclean.labels.bend import MISSING, bend, narrow, target_of, worth
-from handclean.labels.corrections import BETTER, exchange, reach_out
+from handclean.labels.bend import MISSING, bend, narrow, resettle, target_of, worth
+from handclean.labels.corrections import BETTER, exchange, reach_out, rebend
 from handclean.labels.kit import (
     Kit,
     State,
@@ -37,6 +37,12 @@ AROUND = 2
 
 SUSPECTS, STRANGERS = 30, 6
 """How many bad frames are looked at again; how many as if nothing were known."""
+
+EXPECTED = 2.0
+"""Cost per assigned marker that is not worth a look, whatever the others cost."""
+
+HOPELESS = 8
+"""Looks without success in a row after which no more are taken."""
 
 STRANGE = 2.5
 """Cost per assigned marker at which nothing that is known may be right."""
@@ -73,6 +79,10 @@ def amend(t: int, way: Way, s: State, kit: Kit, trace: Trace) -> float:
         s.pose[:] = s.attempt
     else:
         s.chosen[:] = chosen
+    target_of(points, s.chosen, s.target, s.weight)
+    resettle(s.pose, kit.none, s, kit)
+    for branch in range(1, kit.branch.max() + 1):
+        cost = rebend(s.pose, branch, s, kit)
     cost = reach_out(s.pose, points, s, kit, 2.0 * kit.rules.reach, cost)
     return exchange(s.pose, points, s, kit, cost)
 
@@ -135,7 +145,7 @@ def suspicious(fit: Floats, spare: Floats, markers: int) -> Floats:
     mean = np.convolve(np.where(known, fit, 0.0), kernel, mode="same") / weight
     middle = float(np.median(mean[known]))
     spread = 1.48 * float(np.median(np.abs(mean[known] - middle)))
-    most = min(middle + 4.0 * spread, max(1.5, 1.5 * middle)) + BETTER / markers
+    most = min(middle + 4.0 * spread, EXPECTED) + BETTER / markers
     excess = np.where(mean > most, mean / most - 1.0, 0.0)
     idle = np.convolve(spare, kernel, mode="same") / len(kernel)
     return np.where(known, excess + np.where(idle > 1.5, idle, 0.0), 0.0)
@@ -164,13 +174,14 @@ def repair(
     fit, spare = np.zeros(len(trace.known)), np.zeros(len(trace.known))
     tally(ways[0], state, kit, trace, fit, spare)
     excess = suspicious(fit, spare, len(thing.sigma))
-    strangers = 0
+    usual, strangers = float(np.nanmedian(fit)), 0
+    failed = 0
     for _ in range(SUSPECTS):
         t = int(np.argmax(excess))
-        if excess[t] <= 0.0:
+        if excess[t] <= 0.0 or failed >= HOPELESS:
             break
         cost = amend(t, ways[0], state, kit, trace)
-        strange = fit[t] > STRANGE or spare[t] > 1.0
+        strange = fit[t] > STRANGE * max(usual, 1.0) or spare[t] > 2.0
         if cost > trace.cost[t] - BETTER and strange and strangers < STRANGERS:
             strangers += 1
             cost = _stranger(t, ways[0], thing, kit, settings, solving, state)
@@ -179,6 +190,7 @@ def repair(
             a, b = _take_over(t, ways, thing, kit, state, trace)
             if b > a:
                 done.append((a, b))
+        failed = 0 if b > a + 1 else failed + 1
         excess[max(min(a, t) - AROUND, 0) : max(b, t) + 1 + AROUND] = 0.0
     return done
 

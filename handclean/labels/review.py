@@ -221,6 +221,7 @@ def judge_path(
     name: int,
     other: int,
     bent: bool,
+    enough: float,
     way: Way,
     s: State,
     kit: Kit,
@@ -233,6 +234,7 @@ def judge_path(
     Parameters
     ----------
     name, other, bent : see `suppose`.
+    enough : a path that cannot be worth less any more is infinitely bad.
     """
     total, count, jumps = 0.0, 0, 0.0
     size = seen.rows.shape[0]
@@ -249,6 +251,8 @@ def judge_path(
             jumps += jump(t, 1, name, s, kit, trace)
         total += found
         count += 1
+        if total > size * enough:
+            return math.inf, 0.0
     return (total / count, jumps) if count > 0 else (math.inf, 0.0)
 
 
@@ -333,10 +337,10 @@ def review_path(
     if own < 0 and paths.length[n] < SHORTEST:
         return False
     seen = glance(n, paths)
-    nothing = judge_path(seen, -1, -1, False, way, s, kit, trace)[0]
+    nothing = judge_path(seen, -1, -1, False, 1e6, way, s, kit, trace)[0]
     name, best, well = -1, math.inf, False
     if own >= 0:
-        cost, jumps = judge_path(seen, own, -1, False, way, s, kit, trace)
+        cost, jumps = judge_path(seen, own, -1, False, 1e6, way, s, kit, trace)
         if cost == math.inf:  # the name is another's in some of its frames
             return False
         well = cost < nothing - WELL
@@ -344,11 +348,12 @@ def review_path(
             name, best = own, cost + jumps - MARGIN
     others = rivals(seen, own, well, way, s, kit, trace)
     if own >= 0 and others.shape[0] > 0:  # as much trouble for it as for its rivals
-        cost, jumps = judge_path(seen, own, -1, True, way, s, kit, trace)
+        cost, jumps = judge_path(seen, own, -1, True, 1e6, way, s, kit, trace)
         best = min(best, cost + jumps - MARGIN)
     for m in others:
-        cost, jumps = judge_path(seen, m, -1, True, way, s, kit, trace)
-        if cost < nothing - MARGIN and cost + jumps < best:
+        enough = min(nothing - MARGIN, best)
+        cost, jumps = judge_path(seen, m, -1, True, enough, way, s, kit, trace)
+        if cost < enough and cost + jumps < best:
             name, best = m, cost + jumps
     if name < 0 and displace(seen, nothing, paths, way, s, kit, trace):
         return True
@@ -412,7 +417,7 @@ def displace(
         for n in range(markers):
             if trace.chosen[t, n] >= 0 or _apart(places[n], there) > NEAR:
                 continue
-            found = judge_path(seen, m, n, True, way, s, kit, trace)[0]
+            found = judge_path(seen, m, n, True, best, way, s, kit, trace)[0]
             if found < best:
                 best, name, to = found, m, n
     if name < 0:
