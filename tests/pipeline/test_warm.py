@@ -9,8 +9,10 @@ from handclean.pipeline import warm
 UNUSED = {
     "handclean.kernels.rotations.quaternion_from_matrix",
     "handclean.kernels.rotations.logarithm",
+    "handclean.labels.review.refit",
 }
-"""Kernels that no command calls; they complete the maps of their module."""
+"""Kernels that no command calls (they complete the maps of their module), or that only
+a take with labels in doubt reaches."""
 
 
 def everything():
