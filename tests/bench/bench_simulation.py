@@ -51,7 +51,8 @@ def angles(trial):
     return motion.angles
 
 
-def main(count):
+def rows(count=100):
+    """The tables, as text."""
     next(simulate("grasp", SimulateConfig()))
     start = time.perf_counter()
     grasps = list(simulate("grasp", SimulateConfig(trials=count, subjects=18, seed=4)))
@@ -69,8 +70,7 @@ def main(count):
     real, rate = manipnet()
     if real:
         columns["manipnet"] = motion_figures(real, rate)
-    print(f"{count} takes of 5 s in {spent:.1f} s\n")
-    print(motion_table(columns))
+    parts = [f"{count} takes of 5 s in {spent:.1f} s\n", motion_table(columns)]
     seen = {"grasp": grasps, "free": free}
     figures = {
         name: occlusion_figures(
@@ -78,12 +78,13 @@ def main(count):
         )
         for name, trials in seen.items()
     }
-    print(occlusion_table(figures))
+    parts.append(occlusion_table(figures))
     tests = {"grasps of other people": np.concatenate([angles(t) for t in grasps])}
     tests["gestures"] = np.concatenate([angles(t) for t in free])
     if real:
         tests["manipnet"] = np.concatenate(real)
-    print(coverage_table(read_prior(), tests))
+    parts.append(coverage_table(read_prior(), tests))
+    return "\n".join(parts)
 
 
 def coverage_table(prior, tests):
@@ -105,4 +106,4 @@ def coverage_table(prior, tests):
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
+    sys.stdout.write(rows(int(sys.argv[1]) if len(sys.argv) > 1 else 100))

@@ -2,8 +2,8 @@
 
 ``python tests/bench/run.py [NAME ...]`` runs ``bench_NAME.py`` for each name, all when
 none is given, each in a process of its own, and replaces their sections of RESULTS.md;
-the others stay as they were. A benchmark has ``rows()``, a list of flat dicts, or a
-dict of such lists by title.
+the others stay as they were. A benchmark has ``rows()``: a list of flat dicts, a dict
+of such lists by title, or text.
 """
 
 import importlib.metadata
@@ -85,8 +85,11 @@ def measured(name):
     if done.returncode or not lines:
         raise SystemExit(f"bench_{name}.py failed with status {done.returncode}")
     text, rows = json.loads(lines[-1][2:])
-    tables = rows if isinstance(rows, dict) else {"": rows}
     parts = [f"## {name}", "", text.strip(), ""]
+    if isinstance(rows, str):
+        parts += [rows.strip(), ""]
+        rows = {}
+    tables = rows if isinstance(rows, dict) else {"": rows}
     for title, part in tables.items():
         parts += [f"**{title}**", ""] if title else []
         parts += [table(part), ""]
