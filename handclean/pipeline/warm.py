@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-import numba
 import numpy as np
 
 from handclean.gaps.fill import fill
@@ -18,6 +17,7 @@ from handclean.hand import model
 from handclean.hand.marker_set import load_marker_set
 from handclean.ik.solve import solve
 from handclean.io.prior import read_prior
+from handclean.kernels import cache_directory
 from handclean.labels.label import label
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import Trial, simulate
@@ -91,5 +91,5 @@ def warm() -> dict[str, Any]:
     return {
         "compiled": compiled,
         "loaded": loaded,
-        "cache": str(getattr(numba.config, "CACHE_DIR", "")),
+        "cache": str(cache_directory()),
     }
