@@ -12,7 +12,7 @@ FLOORS = [
     {"numerics"},
     {"tree"},
     {"recording", "hand"},
-    {"ik", "simulation"},
+    {"ik", "simulation", "sculpt"},
     {"labels", "gaps", "layouts", "subject", "glove", "io", "report"},
     {"pipeline"},
     {"cli"},
