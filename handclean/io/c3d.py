@@ -54,18 +54,16 @@ from handclean.io.c3d_parameters import plain_values
 from handclean.io.c3d_samples import Tally
 from handclean.io.c3d_structure import Structure, open_c3d
 from handclean.io.c3d_write import encode_c3d, plan_writing
-from handclean.io.reading import METRES, settle_rate, settle_unit
+from handclean.io.reading import METRES, UNLABELLED, settle_rate, settle_unit
+from handclean.io.writing import unwritable
 from handclean.recording import Event, Origin, Recording, Trajectories
-
-UNLABELLED_PATTERNS = (r"^\*\d+$", r"^[CU]_\d+$", r"(?i)^unlabel", r"^$")
-"""Regular expressions (searched) of labels that stand for no marker in particular."""
 
 
 def read_c3d(
     path: Path | str,
     *,
     lenient: bool = False,
-    unlabelled: Sequence[str] = UNLABELLED_PATTERNS,
+    unlabelled: Sequence[str] = UNLABELLED,
     zeros_are_missing: bool = True,
     unit: str | None = None,
     rate: float | None = None,
@@ -136,7 +134,7 @@ def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> tuple[str,
         with open(target, "wb") as file:
             file.writelines(encode_c3d(writing))
     except OSError as error:
-        raise FileError(target, f"cannot be written ({error.strerror})") from None
+        raise unwritable(target, error) from None
     return writing.notes
 
 
@@ -162,7 +160,7 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
     rate = _stated_rate(structure)
     if not rate > 0:
         traps.append(f"POINT:RATE is {rate:g}")
-    columns = sort_columns(structure, UNLABELLED_PATTERNS)
+    columns = sort_columns(structure, UNLABELLED)
     tally = Tally()
     coding = structure.coding(METRES.get(unit.lower(), 1.0))
     markers, loose = decode_points(structure, coding, columns, tally, True)

@@ -4,10 +4,12 @@ A session, a subject, a posture prior and a calibration are all such files; each
 own ``format`` name and a ``version`` in the attributes of its root.
 
 Written files depend on nothing but their content: no times are kept, parts are in
-alphabetical order, the library version is fixed. Reading trusts nothing: no links to
-elsewhere, no external or virtual storage, no filter but the standard ones (a plug-in
-would be code), no Python objects, and no more memory than `_most` allows a file of that
-size.
+alphabetical order, the library version is fixed. Texts are UTF-8 of variable length;
+those of fixed length, as handclean wrote them before, are read too.
+
+Reading trusts nothing: no links to elsewhere, no external or virtual storage, no filter
+but the standard ones (a plug-in would be code), no Python objects, and no more memory
+than `_most` allows a file of that size.
 
 Datasets that are no plain array carry an attribute ``kind``: ``text``, ``list`` or
 ``tuple`` (of texts), ``bool``, ``int``, ``float``, ``number`` (of numpy), ``bytes`` (a
@@ -17,7 +19,7 @@ plain dictionary has kind ``dict``. Names that HDF5 cannot take are percent-enco
 
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import prod
 from pathlib import Path
@@ -30,6 +32,8 @@ from numpy.typing import NDArray
 
 from handclean.errors import FileError
 from handclean.io.parts import Array, Fact, Part
+from handclean.io.reading import text
+from handclean.io.writing import unwritable
 
 _LIBRARY = ("v110", "v110")
 """HDF5 1.10 (2016) and later read it; its metadata carry checksums."""
@@ -39,6 +43,11 @@ _COMPRESS = 4096
 
 _CHUNK = 2**20
 """[bytes] compressed datasets are cut into pieces of about this size."""
+
+_TEXT = h5py.string_dtype("utf-8")
+
+_AT_ONCE = 64
+"""Texts are read so many at a time; each may be as long as the file."""
 
 _FILTERS = {1, 2, 3}  # deflate, shuffle, fletcher32
 _DEEPEST = 16
@@ -74,7 +83,9 @@ def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> N
         with h5py.File(path, "w", libver=_LIBRARY, locking=False) as file:
             _put_attrs(file, {"format": format_name, "version": version})
             _put(file, part, str(path))
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise unwritable(path, error) from None
+    except ValueError as error:
         reason = (str(error).splitlines() or [""])[0]
         raise FileError(path, f"cannot be written ({reason})") from None
 
@@ -95,7 +106,10 @@ def _put(group: h5py.Group, part: Part, where: str) -> None:
 
 def _put_attrs(target: h5py.HLObject, attrs: Mapping[str, Fact]) -> None:
     for name, fact in sorted(attrs.items()):
-        target.attrs[name] = _fixed(fact) if isinstance(fact, str) else fact
+        if isinstance(fact, str):
+            target.attrs.create(name, _utf8(fact), dtype=_TEXT)
+        else:
+            target.attrs[name] = fact
 
 
 def _escaped(name: str) -> str:
@@ -104,19 +118,18 @@ def _escaped(name: str) -> str:
     return out.replace(".", "%2E") if set(out) <= {"."} else out
 
 
-def _fixed(text: str) -> NDArray[Any]:
-    return np.asarray(_fixed_all([text]).reshape(()))
-
-
 def _is_plain_text(item: Any) -> bool:
     return isinstance(item, str) and "\0" not in item
 
 
-def _fixed_all(texts: Sequence[str]) -> NDArray[Any]:
-    """Texts as fixed-length UTF-8, which HDF5 keeps in place."""
-    raw = [text.encode("utf-8", "surrogateescape") for text in texts]
-    length = max([1, *map(len, raw)])
-    return np.array(raw, dtype=h5py.string_dtype("utf-8", length))
+def _utf8(text: str) -> bytes:
+    """A text as UTF-8; what is no character (a surrogate) becomes a question mark."""
+    return text.encode("utf-8", "replace")
+
+
+def _texts(texts: Iterable[str]) -> NDArray[Any]:
+    """(N,) texts of variable length."""
+    return np.array([_utf8(text) for text in texts], dtype=_TEXT)
 
 
 def _encoded(item: Any, where: str) -> tuple[str, NDArray[Any], str]:
@@ -135,18 +148,17 @@ def _encoded(item: Any, where: str) -> tuple[str, NDArray[Any], str]:
         case np.generic():
             return "number", _checked(np.asarray(item), where), ""
         case str() if "\0" in item:
-            raw = item.encode("utf-8", "surrogateescape")
-            return "bytes", np.frombuffer(raw, np.uint8), ""
+            return "bytes", np.frombuffer(_utf8(item), np.uint8), ""
         case str():
-            return "text", _fixed_all([item]).reshape(()), ""
+            return "text", _texts([item]).reshape(()), ""
         case bool() | float():
             return type(item).__name__, np.asarray(item), ""
         case int() if -(2**63) <= item < 2**63:
             return "int", np.asarray(item, dtype=np.int64), ""
         case list() | tuple() if all(map(_is_plain_text, item)):
-            return type(item).__name__, _fixed_all(item), ""
+            return type(item).__name__, _texts(item), ""
     try:
-        return "json", _fixed_all([json.dumps(item)]).reshape(()), ""
+        return "json", _texts([json.dumps(item, ensure_ascii=False)]).reshape(()), ""
     except (TypeError, ValueError, RecursionError):
         kind = type(item).__name__
         raise FileError(where, f"a {kind} cannot be kept in a file") from None
@@ -160,7 +172,7 @@ def _checked(values: NDArray[Any], where: str) -> NDArray[Any]:
 
 def _storage(values: NDArray[Any]) -> dict[str, Any]:
     """How a dataset is laid out: large ones in compressed pieces along T."""
-    if values.ndim == 0 or values.nbytes < _COMPRESS:
+    if values.ndim == 0 or values.dtype == _TEXT or values.nbytes < _COMPRESS:
         return {"track_times": False}
     row = values.nbytes // values.shape[0]
     rows = min(values.shape[0], max(1, _CHUNK // max(row, 1)))
@@ -252,7 +264,7 @@ class _Reader:
             raise FileError(where, "groups are nested too deeply")
         items: dict[str, Any] = {}
         for key in group:
-            name = unquote(key, errors="surrogateescape")
+            name = unquote(key)
             inner = f"{where}/{name}"
             self._objects -= 1
             if self._objects < 0:
@@ -302,18 +314,38 @@ class _Reader:
         if not isinstance(units, str):
             raise FileError(where, "its units are no text")
         if h5py.check_string_dtype(dataset.dtype) or dataset.dtype.kind == "S":
-            return _texts_of(dataset, kind, where)
+            return self._text(dataset, kind, where)
         if dataset.dtype.kind not in "biuf" or dataset.dtype.itemsize > 8:
             raise FileError(where, f"holds {dataset.dtype}", "not numbers or texts")
         values = dataset[()]
         match kind:
             case "bytes":
-                return values.tobytes().decode("utf-8", "surrogateescape")
+                return text(values.tobytes())
             case "number":
                 return np.asarray(values)[()]
             case "bool" | "int" | "float" if np.ndim(values) == 0:
                 return np.asarray(values).item()
         return Array(np.asarray(values, dtype=dataset.dtype), units)
+
+    def _text(self, dataset: h5py.Dataset, kind: Any, where: str) -> Any:
+        """A text, texts, or what JSON they hold."""
+        if dataset.ndim == 0:
+            raw = dataset[()]
+            self._spend(where, len(raw))
+            if kind != "json":
+                return _decoded(raw)
+            try:
+                return json.loads(_decoded(raw))
+            except (ValueError, RecursionError):
+                raise FileError(where, "is no JSON") from None
+        if dataset.ndim != 1:
+            raise FileError(where, "texts should stand in one row")
+        texts: list[str] = []
+        for start in range(0, len(dataset), _AT_ONCE):
+            some = dataset[start : start + _AT_ONCE]
+            self._spend(where, sum(map(len, some)))
+            texts += map(_decoded, some)
+        return texts if kind == "list" else tuple(texts)
 
     def _spend(self, where: str, amount: int) -> None:
         self._left -= amount
@@ -332,21 +364,5 @@ def _as_dict(part: Part) -> Part | dict[str, Any]:
 
 
 def _decoded(raw: Any) -> str:
-    return raw if isinstance(raw, str) else raw.decode("utf-8", "surrogateescape")
-
-
-def _texts_of(dataset: h5py.Dataset, kind: Any, where: str) -> Any:
-    """A text, texts, or what JSON they hold."""
-    values = dataset[()]
-    if dataset.ndim == 0:
-        text = _decoded(values)
-        if kind != "json":
-            return text
-        try:
-            return json.loads(text)
-        except (ValueError, RecursionError):
-            raise FileError(where, "is no JSON") from None
-    if dataset.ndim != 1:
-        raise FileError(where, "texts should stand in one row")
-    texts = [_decoded(value) for value in values]
-    return texts if kind == "list" else tuple(texts)
+    """A text as h5py gives it: UTF-8, else Latin-1."""
+    return text(raw.encode("utf-8", "surrogateescape") if isinstance(raw, str) else raw)

@@ -1,5 +1,7 @@
 """What every text writer needs: the columns of a take and fast rows of numbers."""
 
+import errno
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -113,4 +115,21 @@ def write_lines(path: Path, lines: Iterable[str]) -> None:
         with open(path, "w", encoding="utf-8", newline="\n") as file:
             file.writelines(f"{line}\n" for line in lines)
     except OSError as error:
-        raise FileError(path, f"cannot be written ({error.strerror})") from None
+        raise unwritable(path, error) from None
+
+
+def unwritable(path: Path | str, error: OSError) -> FileError:
+    """Return the error to raise where a file cannot be written: one line, the reason.
+
+    What libraries say beside the reason is left out; a folder that is missing, or lets
+    nobody write, is named.
+    """
+    folder = Path(path).parent
+    reason = os.strerror(error.errno) if error.errno else str(error)
+    reason = (reason.splitlines() or ["unknown reason"])[0]
+    right = ""
+    if not folder.is_dir():
+        right = f"there is no folder {folder}"
+    elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT):
+        right = f"is the folder {folder} one that may be written to?"
+    return FileError(path, f"cannot be written: {reason.lower()}", right)

@@ -2,6 +2,7 @@
 
 import contextlib
 import time
+import tracemalloc
 from dataclasses import fields, is_dataclass
 
 import h5py
@@ -168,18 +169,18 @@ def test_every_dataset_carries_units_and_follows_the_interface(rng, tmp_path):
     write_session(tmp_path / "take.h5", a_take(rng))
     found = {}
     with h5py.File(tmp_path / "take.h5") as file:
-        assert file.attrs["format"].decode() == "handclean session"
+        assert file.attrs["format"] == "handclean session"
         assert file.attrs["version"] == 1
         assert file.attrs["rate"] == 120.0
         file.visititems(
             lambda name, item: (
-                found.update({name: item.attrs["units"].decode()})
+                found.update({name: item.attrs["units"]})
                 if isinstance(item, h5py.Dataset)
                 else None
             )
         )
         assert file["markers/labels"].asstr()[0] == "Zeigefinger ä"
-        assert file["skeleton/right"].attrs["kind"] == b"hand"
+        assert file["skeleton/right"].attrs["kind"] == "hand"
         assert file["skeleton/right"].attrs["scale"] > 1
         assert file["markers/origin"].dtype == np.uint8
         assert file["markers/source"].dtype == np.int32
@@ -189,6 +190,103 @@ def test_every_dataset_carries_units_and_follows_the_interface(rng, tmp_path):
     assert found["skeleton/right/offsets"] == "m"
     assert found["skeleton/right/limits"] == "rad"
     assert found["source_events/time"] == "s"
+
+
+def texts_of(file):
+    """Names of all objects with their texts: attributes, and datasets of strings."""
+    found = [("", name) for name in file.attrs]
+    file.visititems(lambda at, item: found.extend((at, name) for name in item.attrs))
+    attrs = [(at, name) for at, name in found if attr_type(file, at, name)]
+    datasets = []
+    file.visititems(
+        lambda at, item: (
+            datasets.append(at)
+            if isinstance(item, h5py.Dataset) and h5py.check_string_dtype(item.dtype)
+            else None
+        )
+    )
+    return attrs, datasets
+
+
+def attr_type(file, at, name):
+    where = file[at] if at else file
+    return h5py.check_string_dtype(where.attrs.get_id(name).dtype)
+
+
+def test_every_text_is_utf8_of_variable_length(rng, tmp_path):
+    write_session(tmp_path / "take.h5", a_take(rng))
+    with h5py.File(tmp_path / "take.h5") as file:
+        attrs, datasets = texts_of(file)
+        assert len(attrs) > 20
+        assert len(datasets) > 10
+        for at, name in attrs:
+            assert attr_type(file, at, name) == ("utf-8", None)
+        for at in datasets:
+            assert h5py.check_string_dtype(file[at].dtype) == ("utf-8", None)
+            file[at].asstr()[()]
+
+
+def test_files_whose_texts_are_of_fixed_length_are_still_read(rng, tmp_path):
+    take = a_take(rng)
+    path = tmp_path / "take.h5"
+    write_session(path, take)
+    with h5py.File(path, "a") as file:
+        attrs, datasets = texts_of(file)
+        for at in datasets:
+            kept = dict(file[at].attrs)
+            values = np.asarray(file[at][()], dtype=object)
+            raw = np.array(values.tolist(), dtype="S")
+            length = max(raw.dtype.itemsize, 1)
+            del file[at]
+            file[at] = raw.astype(h5py.string_dtype("utf-8", length))
+            file[at].attrs.update(kept)
+        for at, name in attrs:
+            target = file[at] if at else file
+            raw = np.array(str(target.attrs[name]).encode(), dtype="S")
+            length = max(raw.dtype.itemsize, 1)
+            target.attrs[name] = raw.astype(h5py.string_dtype("utf-8", length))
+        assert file.attrs["format"] == b"handclean session"
+    assert_same(read_session(path), take)
+
+
+def test_texts_that_are_no_utf8_are_read_as_latin1(tmp_path):
+    write_session(tmp_path / "take.h5", Recording(rate=1.0, frames=1))
+    with h5py.File(tmp_path / "take.h5", "a") as file:
+        group = file.create_group("markers")
+        group["labels"] = np.array(["Fl\xfcgel".encode("latin-1")])
+        group["positions"] = np.zeros((1, 1, 3))
+        group["positions"].attrs["units"] = "m"
+    take = read_session(tmp_path / "take.h5")
+    assert take.markers.labels == ("Fl\xfcgel",)
+
+
+def test_characters_that_utf8_has_not_become_question_marks(tmp_path):
+    odd = "a\udcffb\ud800"
+    said = {"name": odd, "names": [odd], "more": [1, odd]}
+    take = Recording(rate=1.0, frames=1, parameters=said)
+    write_session(tmp_path / "take.h5", take)
+    back = read_session(tmp_path / "take.h5").parameters
+    assert back == {"name": "a?b?", "names": ["a?b?"], "more": [1, "a?b?"]}
+
+
+def test_one_long_text_that_stands_for_many_takes_no_memory(tmp_path):
+    path, count = tmp_path / "take.h5", 20_000
+    write_session(path, Recording(rate=1.0, frames=1))
+    with h5py.File(path, "a") as file:
+        labels = file.create_dataset("markers/labels", count, h5py.string_dtype())
+        labels[0] = "x" * 100_000
+        at = labels.id.get_offset()
+    content = bytearray(path.read_bytes())
+    content[at : at + 16 * count] = content[at : at + 16] * count
+    path.write_bytes(content)
+    with h5py.File(path) as file:
+        assert len(file["markers/labels"][count - 1]) == 100_000
+    tracemalloc.start()
+    with pytest.raises(FileError, match="far more than it holds"):
+        read_session(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 64 * len(content) + 2**25
 
 
 def test_other_programs_texts_are_read_too(tmp_path):
@@ -395,6 +493,7 @@ def test_what_is_no_session_is_one_clear_line(name, tmp_path):
 
 
 def test_a_session_cannot_be_written_into_nothing(tmp_path):
-    with pytest.raises(FileError, match="cannot be written"):
+    with pytest.raises(FileError, match="cannot be written") as caught:
         write_session(tmp_path / "no" / "take.h5", Recording(rate=1.0, frames=1))
+    assert str(caught.value).endswith(f"there is no folder {tmp_path / 'no'}")
     assert FORMAT == "handclean session"
