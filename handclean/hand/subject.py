@@ -8,6 +8,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model
+from handclean.hand.surface import Surface
 from handclean.hand.template import HAND_BREADTH, HAND_LENGTH, template
 
 
@@ -23,6 +24,7 @@ class Subject:
     marker_sigma : (M,) [m] RMS residual of each marker, NaN where unknown.
     errors : figures of the calibration, by name (metres, radians, counts).
     calibrated : False for a template that nobody has measured.
+    surface : the hand's own skin, where somebody scanned or drew it.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Subject:
     marker_sigma: Floats
     errors: Mapping[str, float] = field(default_factory=dict)
     calibrated: bool = True
+    surface: Surface | None = None
 
 
 def template_subject(

@@ -1,4 +1,9 @@
-"""Subject files: a hand, its markers, and how well both are known (HDF5)."""
+"""Subject files: a hand, its markers and its skin, and how well they are known (HDF5).
+
+The skin, where the file has one, is the group ``surface``: ``vertices`` [m] in the zero
+posture and the root's frame, ``faces``, ``bones`` and ``weights`` of every vertex, and
+``colors`` where they are known.
+"""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -6,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from handclean.errors import FileError, HandcleanError
 from handclean.hand.model import Model
 from handclean.hand.skeleton import load_skeleton
 from handclean.hand.subject import Subject
+from handclean.hand.surface import MOST_BONES, Surface
 from handclean.io.h5 import read_h5, write_h5
 from handclean.io.parts import Array, Fact, Part, tree_from, tree_part
 from handclean.io.provenance import provenance_item
@@ -40,6 +47,8 @@ def write_subject(
         ),
         **provenance_item(provenance),
     }
+    if subject.surface is not None:
+        items["surface"] = _surface_part(subject.surface)
     facts: dict[str, Fact] = {
         "name": subject.name,
         "marker_set": subject.marker_set,
@@ -81,4 +90,50 @@ def read_subject(path: Path) -> Subject:
         marker_sigma=markers.array("sigma", "m", np.float64, count),
         errors=dict(zip(names, map(float, values), strict=True)),
         calibrated=bool(part.attrs.get("calibrated", True)),
+        surface=_surface_from(part, len(tree.bones)),
     )
+
+
+def _surface_part(surface: Surface) -> Part:
+    items = {
+        "vertices": Array(surface.vertices, "m"),
+        "faces": Array(surface.faces.astype(np.int64)),
+        "bones": Array(surface.bones.astype(np.int64)),
+        "weights": Array(surface.weights),
+    }
+    if surface.colors is not None:
+        items["colors"] = Array(surface.colors)
+    return Part(items=items)
+
+
+def _surface_from(root: Part, bones: int) -> Surface | None:
+    """Return the skin that a subject file holds, None if it holds none.
+
+    Raises
+    ------
+    FileError
+        If it is not one of a tree of that many bones.
+    """
+    if not root.has("surface"):
+        return None
+    part = root.part("surface")
+    vertices = part.array("vertices", "m", np.float64, None, 3)
+    count = len(vertices)
+    moved_by = part.array("bones", "", np.int64, count, MOST_BONES)
+    if count and moved_by.max() >= bones:
+        raise part.fail(f"bones should be 0 to {bones - 1}")
+    colors = None
+    if part.has("colors"):
+        colors = part.array("colors", "", np.uint8, count, 3)
+    try:
+        return Surface(
+            vertices=vertices,
+            faces=part.array("faces", "", np.int64, None, 3),
+            bones=moved_by,
+            weights=part.array("weights", "", np.float64, count, MOST_BONES),
+            colors=colors,
+        )
+    except FileError:
+        raise
+    except HandcleanError as error:
+        raise part.fail(str(error).removeprefix("surface: ")) from None
