@@ -32,6 +32,9 @@ from handclean.tree import MIRROR, JointTree
 _ORDER = "zxy"
 """Euler order in which we write."""
 
+_EXACT_DIGITS = 10
+"""A frame time of more digits is taken for exact, not for a whole rate rounded."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BvhMotion:
@@ -131,7 +134,8 @@ def _motion_header(path: Path, lines: Lines) -> tuple[int, float]:
     seconds = positive(path, "Frame Time", time[2])
     rate = 1.0 / seconds
     whole = round(rate)
-    near = whole > 0 and abs(rate - whole) <= 1e-4 * rate
+    exact = len(time[2].strip("0.")) > _EXACT_DIGITS
+    near = whole > 0 and abs(rate - whole) <= (1e-10 if exact else 1e-4) * rate
     return int(frames[1][:15]), float(whole) if near else rate
 
 

@@ -25,6 +25,7 @@ from handclean.arrays import Bools, Floats
 from handclean.errors import FileError, UsageError
 from handclean.hand.template import bone_frame, template
 from handclean.io.bvh import BvhMotion, read_bvh
+from handclean.io.bvh_own import OwnHand, heads_of, own_hands
 from handclean.io.hinge_fit import BoneFit, fit_hinges
 from handclean.io.joint_map import JointMap, check_bones, shipped
 from handclean.io.reading import AGREE, METRES, Reading, settle_rate, settle_unit
@@ -73,8 +74,10 @@ def read_bvh_angles(
 ) -> Reading:
     """Read a BVH file as the joint angles of a hand.
 
-    Angles are NaN and not trusted in frames beside and between tracking jumps; the
-    events list them, and parameters ``BVH`` what the hinges could not hold.
+    What `handclean.io.bvh.write_bvh` wrote comes back as it was, every hand of it with
+    its joint tree. In other files angles are NaN and not trusted in frames beside and
+    between tracking jumps; the events list them. Parameters ``BVH`` say what the hinges
+    could not hold.
 
     Parameters
     ----------
@@ -93,6 +96,8 @@ def read_bvh_angles(
     joint_map = joint_map or _fitting(path, bvh)
     rate = settle_rate(path, bvh.rate, rate_hz)
     _check_unit(path, joint_map, unit)
+    if joint_map.exact and (hands := own_hands(bvh, joint_map)):
+        return _own_reading(bvh, joint_map, hands, rate)
     try:
         mapped = map_motion(bvh, joint_map, template("left"))
     except np.linalg.LinAlgError:
@@ -105,7 +110,6 @@ def read_bvh_angles(
         rotation=quaternion_from_matrix(mapped.rotation),
         trusted=trusted,
     )
-    fits = {bone: asdict(fit) for bone, fit in mapped.fits.items()}
     recording = Recording(
         rate=rate,
         frames=bvh.frames,
@@ -114,24 +118,60 @@ def read_bvh_angles(
             Event(start=start, stop=stop, text="tracking jump, angles left out")
             for start, stop in _runs(mapped.jumps)
         ),
-        parameters={"BVH": {"joint_map": joint_map.name, "not_held": fits}},
+        parameters={"BVH": _parameters(joint_map, mapped.fits)},
     )
     traps = [*bvh.traps]
     if mapped.jumps.any():
         count = np.count_nonzero(mapped.jumps)
         traps.append(f"{count} frames beside or between tracking jumps are left out")
-    worst = max(mapped.fits, key=lambda bone: mapped.fits[bone].rms_deg)
-    fit = mapped.fits[worst]
-    if fit.rms_deg > 1.0:
-        said = f"{fit.rms_deg:.1f} degrees RMS, {fit.max_deg:.1f} at most"
-        traps.append(f"rotation that hinges cannot hold: up to {said} ({worst})")
+    traps += _not_held(mapped.fits)
     length = f"{joint_map.unit_m:g} m"
     return Reading(recording=recording, unit=length, traps=tuple(traps))
+
+
+def _own_reading(
+    bvh: BvhMotion, joint_map: JointMap, hands: list[OwnHand], rate: float
+) -> Reading:
+    """What a file of handclean's holds, each hand by its name."""
+    fits = {f"{hand.name} {b}": fit for hand in hands for b, fit in hand.fits.items()}
+    if len(hands) == 1:
+        fits = hands[0].fits
+    recording = Recording(
+        rate=rate,
+        frames=bvh.frames,
+        skeletons={hand.name: hand.tree for hand in hands},
+        motions={hand.name: hand.motion for hand in hands},
+        parameters={"BVH": _parameters(joint_map, fits)},
+    )
+    heads = tuple(heads_of(bvh, joint_map))
+    others = [n for n in bvh.names if n != "world" and not n.startswith(heads)]
+    traps = [*bvh.traps, *_not_held(fits)]
+    if others:
+        traps.append(f"not a hand's, left out: {', '.join(others[:10])}")
+    length = f"{joint_map.unit_m:g} m"
+    return Reading(recording=recording, unit=length, traps=tuple(traps))
+
+
+def _parameters(joint_map: JointMap, fits: Mapping[str, BoneFit]) -> dict[str, object]:
+    held = {bone: asdict(fit) for bone, fit in fits.items()}
+    return {"joint_map": joint_map.name, "not_held": held}
+
+
+def _not_held(fits: Mapping[str, BoneFit]) -> list[str]:
+    """Say what hinges cannot hold, if it is more than a degree."""
+    worst = max(fits, key=lambda bone: fits[bone].rms_deg)
+    fit = fits[worst]
+    if fit.rms_deg <= 1.0:
+        return []
+    said = f"{fit.rms_deg:.1f} degrees RMS, {fit.max_deg:.1f} at most"
+    return [f"rotation that hinges cannot hold: up to {said} ({worst})"]
 
 
 def _fitting(path: Path, bvh: BvhMotion) -> JointMap:
     for candidate in shipped():
         if set(candidate.bones.values()) <= set(bvh.names):
+            return candidate
+        if candidate.exact and heads_of(bvh, candidate):
             return candidate
     shown = ", ".join(bvh.names[:4])
     maps = ", ".join(candidate.name for candidate in shipped())

@@ -83,19 +83,24 @@ def fit_hinges(turned: Floats, axes: Floats, along: Floats, own: Floats) -> Hing
     """
     found = axes
     if len(axes) == 1:
-        found = _principal(turned, axes[0])[None]
+        found = principal(turned, axes[0], _STILL, _mean(turned))[None]
         angles, rest = _one_hinge(turned, found[0], along, own)
     else:
         rest = _rest_of_two(turned, axes, along, own)
-        angles = _two_hinges(turned @ rest.T, axes)
-    left = np.degrees(rotation_angle(_left(turned, angles, found, rest)))
+        angles = two_hinges(turned @ rest.T, axes)
+    left = left_over(turned, angles, found, rest)
+    return Hinged(angles, rest, fit_of(left, found, axes))
+
+
+def fit_of(left: Floats, found: Floats, axes: Floats) -> BoneFit:
+    """Sum up what hinges leave, (T, 3, 3), and how far axes lean from the tree's."""
+    degrees = np.degrees(rotation_angle(left))
     lean = np.clip(np.sum(found * axes, axis=1), -1.0, 1.0)
-    fit = BoneFit(
-        rms_deg=float(np.sqrt(np.mean(left**2))),
-        max_deg=float(left.max()),
+    return BoneFit(
+        rms_deg=float(np.sqrt(np.mean(degrees**2))),
+        max_deg=float(degrees.max()),
         tilt_deg=float(np.degrees(np.arccos(lean)).max()),
     )
-    return Hinged(angles, rest, fit)
 
 
 def _mean(turned: Floats) -> Floats:
@@ -116,7 +121,7 @@ def _sines(turn: Floats) -> Floats:
     )
 
 
-def _twist(turn: Floats, axis: Floats) -> Floats:
+def twist(turn: Floats, axis: Floats) -> Floats:
     """(T,) [rad] angle about an axis that leaves the smallest rotation."""
     trace = np.einsum("tii->t", turn)
     along = np.einsum("i,tij,j->t", axis, turn, axis)
@@ -124,11 +129,16 @@ def _twist(turn: Floats, axis: Floats) -> Floats:
     return angle
 
 
-def _principal(turned: Floats, hint: Floats) -> Floats:
-    """(3,) axis of rotations about their mean, or the hint if they are too small."""
-    sines = _sines(turned @ _mean(turned).T)
+def principal(turned: Floats, hint: Floats, still: float, middle: Floats) -> Floats:
+    """(3,) axis of rotations about a middle one, or the hint where they are too small.
+
+    Parameters
+    ----------
+    still : [rad] RMS motion below which they are.
+    """
+    sines = _sines(turned @ middle.T)
     spread, axes = np.linalg.eigh(sines.T @ sines / len(sines))
-    if spread[2] < _STILL**2:
+    if spread[2] < still**2:
         return hint
     axis: Floats = axes[:, 2]
     return axis if axis @ hint > 0 else -axis
@@ -143,10 +153,10 @@ def _one_hinge(
     sine, cosine = axis @ np.cross(along, now), along @ now
     bent = np.arctan2(sine, cosine - (axis @ along) * (axis @ now))
     rest = about_line(axis, np.array([-bent]))[0] @ middle
-    return _twist(turned @ rest.T, axis)[:, None], rest
+    return twist(turned @ rest.T, axis)[:, None], rest
 
 
-def _two_hinges(turn: Floats, axes: Floats, first: Floats | None = None) -> Floats:
+def two_hinges(turn: Floats, axes: Floats, first: Floats | None = None) -> Floats:
     """(T, 2) [rad] angles of ``Rot(a1) Rot(a2)`` nearest to (T, 3, 3) rotations.
 
     ``first`` (T,) is where to start the first angle; each is then set in turn.
@@ -154,8 +164,8 @@ def _two_hinges(turn: Floats, axes: Floats, first: Floats | None = None) -> Floa
     first = np.zeros(len(turn)) if first is None else first
     for _ in range(_SWEEPS):
         last = first
-        second = _twist(about_line(axes[0], -first) @ turn, axes[1])
-        first = _twist(turn @ about_line(axes[1], -second), axes[0])
+        second = twist(about_line(axes[0], -first) @ turn, axes[1])
+        first = twist(turn @ about_line(axes[1], -second), axes[0])
         if np.abs(first - last).max() < 1e-12:
             break
     return np.column_stack([first, second])
@@ -170,9 +180,9 @@ def _rest_of_two(turned: Floats, axes: Floats, along: Floats, own: Floats) -> Fl
         trial = about_line(along, np.array([quarter * np.pi / 2]))[0] @ start
         angles = np.zeros((len(sample), 2))
         for _ in range(_SWEEPS):
-            angles = _two_hinges(sample @ trial.T, axes, angles[:, 0])
-            left = _left(sample, angles, axes, trial)
-            turn = _twist(_mean(left)[None], along)
+            angles = two_hinges(sample @ trial.T, axes, angles[:, 0])
+            left = left_over(sample, angles, axes, trial)
+            turn = twist(_mean(left)[None], along)
             trial = about_line(along, turn)[0] @ trial
             if abs(turn[0]) < 1e-9:
                 break
@@ -195,7 +205,7 @@ def _onto(along: Floats, own: Floats, *, reflect: bool) -> Floats:
     return frame(along, 1.0) @ frame(own, -1.0 if reflect else 1.0).T
 
 
-def _left(turned: Floats, angles: Floats, axes: Floats, rest: Floats) -> Floats:
+def left_over(turned: Floats, angles: Floats, axes: Floats, rest: Floats) -> Floats:
     """(T, 3, 3) what the hinges leave of a bone's rotation."""
     out: Floats = turned @ rest.T
     for axis, angle in zip(axes, angles.T, strict=True):

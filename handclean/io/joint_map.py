@@ -3,7 +3,9 @@
 A TOML file with ``left_handed`` (the file's axes), ``unit_m`` (its unit of length),
 ``back`` (out of the back of the hand, in the frame of the root bone's joint) and a
 table ``[bones]``: the joint at the root end of each bone. It says nothing of angles;
-`handclean.io.bvh_angles` finds them from the motion.
+`handclean.io.bvh_angles` finds them from the motion. With ``exact = true`` the frames
+of all joints are parallel in the zero posture, as `handclean.io.bvh` writes them, and
+the hinge angles are what went in (`handclean.io.bvh_own`).
 """
 
 import tomllib
@@ -20,7 +22,7 @@ from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[1] / "data" / "joint_maps"
 
-_KEYS = {"name", "source", "note", "left_handed", "unit_m", "back", "bones"}
+_KEYS = {"name", "source", "note", "left_handed", "unit_m", "back", "exact", "bones"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +36,7 @@ class JointMap:
     unit_m : [m] the file's unit of length.
     back : (3,) unit vector out of the back of the hand, in its joint's frame.
     bones : the joint at the root end of each bone.
+    exact : whether the file is as handclean writes them.
     """
 
     name: str
@@ -41,6 +44,7 @@ class JointMap:
     unit_m: float
     back: Floats
     bones: Mapping[str, str]
+    exact: bool = False
 
 
 def shipped() -> tuple[JointMap, ...]:
@@ -71,6 +75,7 @@ def load_joint_map(path: Path) -> JointMap:
         unit_m=_unit(path, content.get("unit_m")),
         back=_direction(path, content.get("back")),
         bones=_bones(path, content.get("bones")),
+        exact=bool(content.get("exact", False)),
     )
 
 

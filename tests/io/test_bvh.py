@@ -19,7 +19,7 @@ from handclean.hand.template import distal_length, template
 from handclean.io import rotations
 from handclean.io.bvh import BvhMotion, read_bvh, write_bvh
 from handclean.io.bvh_angles import map_motion, read_bvh_angles
-from handclean.io.joint_map import JointMap, load_joint_map, shipped
+from handclean.io.joint_map import SHIPPED, JointMap, load_joint_map, shipped
 from handclean.recording import Motion, Recording, motion_from_poses
 
 PLAIN = """HIERARCHY
@@ -263,19 +263,135 @@ def test_what_cannot_be_written_is_an_error(rng, tmp_path):
 # --- through a joint map ------------------------------------------------------------
 
 
-def test_our_own_files_give_their_angles_back(rng, tmp_path):
-    for side in ("left", "right"):
-        tree = template(side)
-        poses = moving(rng, tree, 200)
-        write_bvh(tmp_path / "a.bvh", a_take(tree, poses, side))
-        reading = read_bvh_angles(tmp_path / "a.bvh")
-        motion = reading.recording.motions[side]
-        assert motion.names == tree.hinges
-        np.testing.assert_allclose(motion.angles, poses[:, 7:], atol=2e-6)
-        np.testing.assert_allclose(motion.translation, poses[:, :3], atol=1e-9)
-        assert np.abs(np.sum(motion.rotation * poses[:, 3:7], axis=1)).min() > 1 - 1e-9
-        assert reading.recording.parameters["BVH"]["joint_map"] == "handclean"
-        assert reading.traps == ()
+TEXT = np.radians(1e-7)
+"""What nine digits of a degree leave, in Euler angles and what they are made into."""
+
+
+def leaning(tree, rng, degrees=3.0):
+    """The tree with hinge axes and offsets of its own, as a calibrated subject's."""
+    axes = tree.axes + rng.normal(0.0, np.radians(degrees), tree.axes.shape)
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    size = rng.lognormal(0.0, 0.1, (len(tree.bones), 1))
+    return replace(tree, axes=axes, offsets=tree.offsets * size)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("forearm", [False, True])
+@pytest.mark.parametrize("own", [False, True])
+def test_our_own_files_give_everything_back(side, forearm, own, rng, tmp_path):
+    tree = template(side, 0.17, forearm=forearm)
+    tree = leaning(tree, rng) if own else tree
+    poses = moving(rng, tree, 200)
+    write_bvh(tmp_path / "a.bvh", a_take(tree, poses, side))
+    reading = read_bvh_angles(tmp_path / "a.bvh")
+    take = reading.recording
+    motion, back = take.motions[side], take.skeletons[side]
+    assert motion.names == tree.hinges
+    np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
+    np.testing.assert_allclose(motion.translation, poses[:, :3], atol=1e-11)
+    turn = rotations.matrix_from_quaternion(motion.rotation)
+    expected = rotations.matrix_from_quaternion(poses[:, 3:7])
+    np.testing.assert_allclose(turn, expected, rtol=0, atol=TEXT)
+    assert motion.trusted.all()
+    assert (back.side, back.bones, back.hinges) == (side, tree.bones, tree.hinges)
+    np.testing.assert_allclose(back.offsets, tree.offsets, atol=1e-11)
+    np.testing.assert_allclose(back.axes, tree.axes, atol=1e-6)
+    np.testing.assert_allclose(
+        joint_positions(back, motion.poses), joint_positions(tree, poses), atol=1e-9
+    )
+    assert take.parameters["BVH"]["joint_map"] == "handclean"
+    assert reading.traps == ()
+    assert take.events == ()
+
+
+def test_no_frame_of_our_own_files_is_taken_for_a_jump(rng, tmp_path):
+    tree = leaning(template("right"), rng)
+    poses = moving(rng, tree, 60)
+    poses[:, 7:] = rng.permuted(poses[:, 7:], axis=0)  # faster than any finger
+    write_bvh(tmp_path / "a.bvh", a_take(tree, poses))
+    reading = read_bvh_angles(tmp_path / "a.bvh")
+    motion = reading.recording.motions["right"]
+    np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
+    assert motion.trusted.all()
+    assert reading.traps == ()
+
+
+def test_hinges_that_stand_still_at_zero_have_no_part_in_the_others(rng, tmp_path):
+    tree = leaning(template("left"), rng)
+    poses = moving(rng, tree, 60)
+    still = [n for n, name in enumerate(tree.hinges) if "abduction" in name]
+    still += [tree.hinges.index("ring_dip_flexion")]
+    poses[:, 7:][:, still] = 0.0
+    write_bvh(tmp_path / "a.bvh", a_take(tree, poses, "left"))
+    motion = read_bvh_angles(tmp_path / "a.bvh").recording.motions["left"]
+    np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
+
+
+def test_a_written_file_is_written_again_as_it_was(rng, tmp_path):
+    tree = leaning(template("right", forearm=True), rng)
+    write_bvh(tmp_path / "a.bvh", a_take(tree, moving(rng, tree, 50), rate=59.9401))
+    again = read_bvh_angles(tmp_path / "a.bvh").recording
+    assert again.rate == pytest.approx(59.9401, rel=1e-11)
+    write_bvh(tmp_path / "b.bvh", again)
+    a, b = read_bvh(tmp_path / "a.bvh"), read_bvh(tmp_path / "b.bvh")
+    assert a.names == b.names
+    np.testing.assert_allclose(b.turns, a.turns, rtol=0, atol=TEXT)
+    np.testing.assert_allclose(b.places, a.places, atol=2e-9)
+
+
+def test_two_hands_come_back_by_their_names(rng, tmp_path):
+    trees = {"left": template("left"), "right_2": leaning(template("right"), rng)}
+    hand = trees["left"]
+    cup = replace(
+        hand,
+        kind="rigid",
+        side="",
+        bones=("root",),
+        joints=("handle",),
+        parents=hand.parents[:1],
+        offsets=np.zeros((1, 3)),
+        hinges=(),
+        hinge_bone=hand.hinge_bone[:0],
+        axes=np.zeros((0, 3)),
+        limits=np.zeros((0, 2)),
+    )
+    poses = {name: moving(rng, tree, 40) for name, tree in trees.items()}
+    motions = {n: motion_from_poses(t.hinges, poses[n]) for n, t in trees.items()}
+    take = Recording(
+        rate=60.0,
+        frames=40,
+        skeletons={**trees, "cup": cup},
+        motions={**motions, "cup": motion_from_poses((), poses["left"][:, :7])},
+    )
+    write_bvh(tmp_path / "a.bvh", take)
+    reading = read_bvh_angles(tmp_path / "a.bvh")
+    found = reading.recording.motions
+    assert set(found) == set(trees)
+    for name, motion in found.items():
+        wanted = poses[name]
+        np.testing.assert_allclose(motion.angles, wanted[:, 7:], rtol=0, atol=TEXT)
+        np.testing.assert_allclose(motion.translation, wanted[:, :3], atol=1e-10)
+        assert reading.recording.skeletons[name].side == trees[name].side
+    assert reading.traps == ("not a hand's, left out: cup_handle",)
+
+
+def test_turns_that_an_editor_gave_a_finger_are_reported(rng, tmp_path):
+    tree = template("right")
+    write_bvh(tmp_path / "a.bvh", a_take(tree, moving(rng, tree, 50)))
+    lines = (tmp_path / "a.bvh").read_text().splitlines()
+    start = 1 + next(i for i, line in enumerate(lines) if line.startswith("Frame T"))
+    bvh = read_bvh(tmp_path / "a.bvh")
+    column = 6 + 3 * (bvh.names.index("ring_pip") - 1) + 2  # about y, along the bone
+    for i in range(start, len(lines)):
+        cells = lines[i].split()
+        cells[column] = str(float(cells[column]) + 10.0 * np.sin(i))
+        lines[i] = " ".join(cells)
+    (tmp_path / "a.bvh").write_text("\n".join(lines))
+    reading = read_bvh_angles(tmp_path / "a.bvh")
+    held = reading.recording.parameters["BVH"]["not_held"]
+    assert held["ring_middle"]["rms_deg"] == pytest.approx(10 / np.sqrt(2), rel=0.1)
+    assert held["ring_proximal"]["rms_deg"] < 1e-6
+    assert "ring_middle" in reading.traps[0]
 
 
 def disguised(tree, poses, rng, *, mirrored, split):
@@ -369,6 +485,11 @@ def test_rotation_that_hinges_cannot_hold_is_reported_where_it_is(rng):
     assert mapped.fits["index_middle"].rms_deg < 1e-3
 
 
+def foreign():
+    """The map of our own files, taken for somebody else's."""
+    return replace(load_joint_map(SHIPPED / "handclean.toml"), exact=False)
+
+
 def test_tracking_jumps_are_left_out_and_only_they(rng, tmp_path):
     tree = template("right")
     poses = moving(rng, tree, 300)
@@ -376,7 +497,7 @@ def test_tracking_jumps_are_left_out_and_only_they(rng, tmp_path):
     poses[100:140, dip] += 1.2  # there and back within a third of a second
     poses[220:, dip] -= 0.9  # once
     write_bvh(tmp_path / "a.bvh", a_take(tree, poses))
-    reading = read_bvh_angles(tmp_path / "a.bvh")
+    reading = read_bvh_angles(tmp_path / "a.bvh", foreign())
     motion = reading.recording.motions["right"]
     left_out = np.flatnonzero(~motion.trusted)
     assert left_out.tolist() == [*range(99, 141), 219, 220]
@@ -410,7 +531,7 @@ def test_joints_on_one_spot_are_an_error(rng, tmp_path):
     flat = replace(tree, offsets=np.zeros_like(tree.offsets))
     write_bvh(tmp_path / "a.bvh", a_take(flat, moving(rng, flat, 5)))
     with pytest.raises(FileError, match="no length"):
-        read_bvh_angles(tmp_path / "a.bvh")
+        read_bvh_angles(tmp_path / "a.bvh", foreign())
 
 
 def test_shipped_maps_name_the_bones_of_the_template():

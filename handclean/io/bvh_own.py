@@ -1,0 +1,180 @@
+"""Reading back what `handclean.io.bvh.write_bvh` wrote: the numbers that went in.
+
+The frames of all joints are parallel in the zero posture, so there are no rest
+rotations to be found; the motion is what hinges did, so there is nothing to clean. The
+file does not say the hinge axes, which a subject has of its own, but the motion does:
+
+one hinge
+    Every rotation is about the axis.
+two hinges
+    ``R = Rot(a1, angle1) Rot(a2, angle2)`` leaves ``a1^T R a2 = a1^T a2`` whatever the
+    angles are, four unknown tilts and one equation per frame (Gauss-Newton from the
+    template's axes; tilts of which the motion says nothing stay 0). Then angle1 turns
+    a2 to R a2 about a1, and angle2 is what is left.
+
+Where no axes near the template's explain the motion to the last digits (somebody has
+edited the file), the template's are taken, and what they cannot hold is reported.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handclean.arrays import Floats, Ints
+from handclean.hand.template import template
+from handclean.io.bvh import BvhMotion
+from handclean.io.hinge_fit import BoneFit, fit_of, left_over, principal, twist
+from handclean.io.hinge_fit import two_hinges as nearest_two
+from handclean.io.joint_map import JointMap
+from handclean.io.rotations import about_line, quaternion_from_matrix, rotation_angle
+from handclean.recording import Motion
+from handclean.tree import JointTree
+
+_EXACT = 1e-7
+"""[rad] axes that leave no more than this are those of the file's hinges."""
+
+_MOST_TILT = np.radians(40.0)
+"""[rad] axes further than this from the template's are no hand's."""
+
+_MOVES = 1e-6
+"""[rad] RMS motion from which an axis is found; texts have nine digits of a degree."""
+
+_SAYS = 1e-8
+"""Singular values below this share of the largest say nothing."""
+
+_STEPS = 30
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnHand:
+    """One hand out of a file that handclean wrote.
+
+    Attributes
+    ----------
+    name : of the motion; the side, where the file holds one only.
+    tree : the hand, with the file's offsets and the axes found.
+    fits : what its hinges leave of each bone's motion.
+    """
+
+    name: str
+    tree: JointTree
+    motion: Motion
+    fits: dict[str, BoneFit]
+
+
+def heads_of(bvh: BvhMotion, joint_map: JointMap) -> list[str]:
+    """What the joints' names begin with, for each hand in which all joints are there.
+
+    "" for a file of one motion, else ``MOTION_``.
+    """
+    root = joint_map.bones["hand"]
+    heads = [name.removesuffix(root) for name in bvh.names if name.endswith(root)]
+    joints = joint_map.bones.values()
+    return [h for h in heads if all(h + joint in bvh.names for joint in joints)]
+
+
+def own_hands(bvh: BvhMotion, joint_map: JointMap) -> list[OwnHand]:
+    """Return the hands of a file; none if its joints do not hang on each other as ours.
+
+    Parameters
+    ----------
+    joint_map : one that is ``exact``.
+    """
+    found = [_own_hand(bvh, joint_map, head) for head in heads_of(bvh, joint_map)]
+    return [hand for hand in found if hand is not None]
+
+
+def _own_hand(bvh: BvhMotion, joint_map: JointMap, head: str) -> OwnHand | None:
+    left = template("left", forearm=True)
+    if head + left.joints[-1] not in bvh.names:
+        left = template("left")
+    at = [
+        bvh.names.index(head + joint_map.bones.get(bone, joint))
+        for bone, joint in zip(left.bones, left.joints, strict=True)
+    ]
+    if any(bvh.parents[at[b]] != at[left.parents[b]] for b in range(1, len(at))):
+        return None
+    offsets = joint_map.unit_m * bvh.offsets[at]
+    offsets[0] = 0.0
+    index, little = left.bone("index_proximal"), left.bone("little_proximal")
+    thumbwards = offsets[index, 0] > offsets[little, 0]
+    tree = left if thumbwards else left.mirrored()
+    size = _reach(offsets, tree) / _reach(tree.offsets, tree)
+    tree = replace(tree, offsets=offsets, subject="", scale=size)
+    angles = np.zeros((bvh.frames, len(tree.hinges)))
+    axes, fits = tree.axes.copy(), {}
+    for b in range(1, len(at)):
+        hinges = np.flatnonzero(tree.hinge_bone == b)
+        turn = bvh.turns[:, at[b]]
+        axes[hinges], angles[:, hinges] = _hinged(turn, tree.axes[hinges])
+        left_by = left_over(turn, angles[:, hinges], axes[hinges], np.eye(3))
+        fits[tree.bones[b]] = fit_of(left_by, axes[hinges], tree.axes[hinges])
+    places, turns = bvh.forward()
+    motion = Motion(
+        names=tree.hinges,
+        angles=angles,
+        translation=joint_map.unit_m * places[:, at[0]],
+        rotation=quaternion_from_matrix(turns[:, at[0]]),
+        trusted=np.ones(bvh.frames, dtype=bool),
+    )
+    name = head.removesuffix("_") or tree.side
+    return OwnHand(name=name, tree=replace(tree, axes=axes), motion=motion, fits=fits)
+
+
+def _reach(offsets: Floats, tree: JointTree) -> float:
+    """[m] wrist to the last joint of the middle finger, along its bones."""
+    bones = [tree.bone(f"middle_{part}") for part in ("proximal", "middle", "distal")]
+    return float(np.linalg.norm(offsets[bones], axis=1).sum())
+
+
+def _hinged(turn: Floats, axes: Floats) -> tuple[Floats, Floats]:
+    """(1 or 2, 3) axes and (T, 1 or 2) [rad] angles of (T, 3, 3) rotations."""
+    if len(axes) == 1:
+        found = principal(turn, axes[0], _MOVES, np.eye(3))[None]
+        angles = twist(turn, found[0])[:, None]
+    else:
+        found = _two_axes(turn, axes)
+        angles = _two_angles(turn, found)
+    lean = np.sum(found * axes, axis=1).min()
+    left = rotation_angle(left_over(turn, angles, found, np.eye(3)))
+    if lean > np.cos(_MOST_TILT) and left.max() < _EXACT:
+        return found, angles
+    if len(axes) == 1:
+        return axes, twist(turn, axes[0])[:, None]
+    return axes, nearest_two(turn, axes)
+
+
+def _two_axes(turn: Floats, axes: Floats) -> Floats:
+    """(2, 3) axes near the given ones between which no rotation changes the angle."""
+    change = turn - np.eye(3)
+    for _ in range(_STEPS):
+        second, first = change @ axes[1], axes[0] @ change
+        across = [_across(axis) for axis in axes]
+        slopes = np.column_stack([second @ across[0], first @ across[1]])
+        step: Floats = np.linalg.lstsq(slopes, -second @ axes[0], rcond=_SAYS)[0]
+        tilted = [
+            a + b @ s
+            for a, b, s in zip(axes, across, (step[:2], step[2:]), strict=True)
+        ]
+        axes = np.array([axis / np.linalg.norm(axis) for axis in tilted])
+        if np.abs(step).max() < 1e-13:
+            break
+    return axes
+
+
+def _across(axis: Floats) -> Floats:
+    """(3, 2) two unit vectors across a unit vector and each other."""
+    helper: Ints | Floats = np.eye(3)[np.argmin(np.abs(axis))]
+    first = np.cross(axis, helper)
+    first = first / np.linalg.norm(first)
+    return np.column_stack([first, np.cross(axis, first)])
+
+
+def _two_angles(turn: Floats, axes: Floats) -> Floats:
+    """(T, 2) [rad] angles of rotations that two hinges hold."""
+    turned = turn @ axes[1]
+    sine = np.cross(axes[1], turned) @ axes[0]
+    cosine = turned @ axes[1] - (axes[0] @ axes[1]) * (turned @ axes[0])
+    first = np.arctan2(sine, cosine)
+    second = twist(about_line(axes[0], -first) @ turn, axes[1])
+    return np.column_stack([first, second])
