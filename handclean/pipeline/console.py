@@ -1,6 +1,7 @@
 """What a run tells: results on stdout, all else on stderr."""
 
 import json
+import re
 import sys
 from collections.abc import Sequence
 from typing import Any, TextIO
@@ -34,7 +35,8 @@ class Console:
         """Tell the result of a task."""
         where = task.sources[0].name
         if self._json:
-            self._result(json.dumps(_object(task, report), allow_nan=False))
+            told = _readable(_object(task, report))
+            self._result(json.dumps(told, allow_nan=False))
         elif report.status != "failed":
             self._result(_line(task, report))
             if report.details and not self._quiet:
@@ -83,6 +85,18 @@ def _object(task: Task, report: Report) -> dict[str, Any]:
         "warnings": list(report.warnings),
         **report.figures,
     }
+
+
+def _readable(value: Any) -> Any:
+    """The value with a sign in place of every byte of a name that is no UTF-8.
+
+    Python keeps such bytes as lone surrogates, which no JSON may hold.
+    """
+    if isinstance(value, str):
+        return re.sub("[\ud800-\udfff]", "\ufffd", value)
+    if isinstance(value, dict):
+        return {_readable(key): _readable(part) for key, part in value.items()}
+    return [_readable(part) for part in value] if isinstance(value, list) else value
 
 
 def _line(task: Task, report: Report) -> str:

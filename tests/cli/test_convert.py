@@ -164,6 +164,44 @@ def test_inspect_has_one_line_or_object_per_file(handclean, take):
     assert handclean("inspect", "a.h5", "--require", "gaps<=0").returncode == 3
 
 
+def latin1(path):
+    """Put a byte that is no UTF-8 into a label of a C3D file."""
+    content = path.read_bytes()
+    assert content.count(b"R_WRIST") == 1
+    path.write_bytes(content.replace(b"R_WRIST", b"R_WR\xcfST"))
+
+
+@pytest.mark.parametrize("command", ["inspect", "convert"])
+def test_json_can_be_read_by_anybody_whatever_names_are(handclean, take, command):
+    path = take("a.c3d")
+    latin1(path)
+    odd = Path(os.fsdecode(b"t\xe4ke.c3d"))
+    path.rename(odd)
+    lists = ["--json", odd, Path(os.fsdecode(b"n\xf6ne.c3d"))]
+    done = handclean(command, *lists, *(["-o", "out"] if command == "convert" else []))
+    assert done.returncode == 1
+    raw = done.stdout.encode("utf-8", "strict")
+    assert b"\\ud" not in raw
+    found, missing = (json.loads(line) for line in raw.splitlines())
+    assert found["input"] == "t\ufffdke.c3d"
+    assert missing["input"] == "n\ufffdne.c3d"
+    assert "n\ufffdne.c3d" in missing["error"]
+    if command == "inspect":
+        assert found["markers"][2] == "R_WR\u00cfST"
+
+
+def test_labels_in_latin1_are_rewritten_byte_by_byte(handclean, take):
+    path = take("a.c3d")
+    latin1(path)
+    assert handclean("convert", path, "-o", "b.c3d").returncode == 0
+    assert handclean("convert", path, "-o", "c.h5").returncode == 0
+    assert handclean("convert", "c.h5", "-o", "d.c3d").returncode == 0
+    content = path.read_bytes()
+    assert content == Path("b.c3d").read_bytes() == Path("d.c3d").read_bytes()
+    with h5py.File("c.h5") as file:
+        assert file["markers/labels"].asstr()[2] == "R_WR\u00cfST"
+
+
 def test_inspect_knows_every_figure_it_is_given(shared_data, handclean):
     some = sorted(shared_data.rglob("*.c3d"))[:6]
     some += (
