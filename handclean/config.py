@@ -201,21 +201,34 @@ def _value(where: str, setting: Setting, value: Any) -> Any:
     if not setting.is_tuple:
         if not _is(setting.kind, value):
             raise wrong
-        return setting.kind(value)
+        return _plain(where, setting, value)
     if not isinstance(value, list | tuple):
         raise wrong
     if setting.count not in (None, len(value)):
         raise wrong
     if not all(_is(setting.kind, part) for part in value):
         raise wrong
-    return tuple(setting.kind(part) for part in value)
+    return tuple(_plain(where, setting, part) for part in value)
+
+
+def _plain(where: str, setting: Setting, value: Any) -> Any:
+    """Return a value of the right kind, a whole number as a float where one is due."""
+    try:
+        plain = setting.kind(value)
+    except OverflowError:
+        plain = math.inf
+    if setting.kind is float and not math.isfinite(plain):
+        raise UsageError(
+            f"{where}: {setting.name} should be a finite number, not {value}"
+        )
+    return plain
 
 
 def _is(kind: type, value: object) -> bool:
     if isinstance(value, bool):
         return kind is bool
     if kind is float:
-        return isinstance(value, int | float) and not math.isnan(value)
+        return isinstance(value, int | float)
     return isinstance(value, kind)
 
 

@@ -74,7 +74,13 @@ def test_tables_of_other_commands_are_left_alone(written):
         ("[fill-gaps]\nmax_gap = 1.0", "no setting is called 'max_gap'; did you mean"),
         ("[fill-gaps]\nzzz = 1.0", "no setting is called 'zzz'; known: ends, markers"),
         ("[fill-gaps]\nmax_gap_s = '0.5'", "max_gap_s should be a float, not '0.5'"),
-        ("[fill-gaps]\nmax_gap_s = nan", "max_gap_s should be a float, not nan"),
+        (
+            "[fill-gaps]\nmax_gap_s = nan",
+            "max_gap_s should be a finite number, not nan",
+        ),
+        ("[fill-gaps]\nmax_gap_s = -inf", "should be a finite number, not -inf"),
+        ("[fill-gaps]\nmax_gap_s = 1" + "0" * 400, "should be a finite number, not 1"),
+        ("[fill-gaps]\nrange_s = [0.0, inf]", "range_s should be a finite number"),
         ("[fill-gaps]\nsamples = 1.0", "samples should be an int, not 1.0"),
         ("[fill-gaps]\nsamples = true", "samples should be an int, not True"),
         ("[fill-gaps]\nends = 1", "ends should be a bool, not 1"),
@@ -108,6 +114,13 @@ def test_a_limit_broken_by_an_option_is_a_usage_error():
         config.load(None, "fill-gaps", FillConfig, max_gap_s=-1.0)
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_number_without_end_or_sense_is_a_usage_error(value):
+    message = f"fill-gaps: max_gap_s should be a finite number, not {value}"
+    with pytest.raises(UsageError, match=message):
+        config.load(None, "fill-gaps", FillConfig, max_gap_s=value)
+
+
 def test_a_file_that_cannot_be_read_is_a_usage_error(tmp_path):
     for path in (tmp_path / "none.toml", tmp_path):
         with pytest.raises(UsageError, match=str(path)):
@@ -119,7 +132,7 @@ def test_a_file_that_cannot_be_read_is_a_usage_error(tmp_path):
 
 @given(
     method=st.text(st.characters(exclude_categories=["Cc", "Cs"])),
-    max_gap_s=st.floats(min_value=0.0, allow_nan=False),
+    max_gap_s=st.floats(min_value=0.0, allow_nan=False, allow_infinity=False),
     samples=st.integers(-(2**40), 2**40),
     ends=st.booleans(),
     markers=st.lists(st.sampled_from(["R_INDEX_TIP", "Wan-1", 'a"b', "ä b"])),

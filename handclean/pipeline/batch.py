@@ -100,7 +100,7 @@ class Work:
     ----------
     command : as it is typed, "fill-gaps" or "calibrate-hand markers".
     settings : a frozen dataclass, or None.
-    seed, overwrite : as in `Batch`.
+    seed, overwrite, quiet : as in `Batch`.
     step : module of the step; by default that of the command.
     """
 
@@ -108,6 +108,7 @@ class Work:
     settings: Any = None
     seed: int = 0
     overwrite: bool = False
+    quiet: bool = False
     step: str = ""
 
     @classmethod
@@ -118,6 +119,7 @@ class Work:
             settings=settings,
             seed=batch.seed,
             overwrite=batch.overwrite,
+            quiet=batch.quiet,
         )
 
     @property

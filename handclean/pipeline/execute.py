@@ -12,6 +12,7 @@ import threadpoolctl
 from handclean.errors import HandcleanError
 from handclean.pipeline import outputs, record, require
 from handclean.pipeline.batch import Report, Source, Task, Work
+from handclean.pipeline.notice import Notice, silent, watching
 from handclean.pipeline.outcome import Outcome
 from handclean.pipeline.outputs import State
 from handclean.pipeline.plan import files_of
@@ -19,12 +20,15 @@ from handclean.pipeline.plan import files_of
 Step = Callable[[Any, Any], Outcome]
 
 
-def execute(work: Work, task: Task) -> Report:
-    """Do one task; any failure is a report, except that of a signal."""
+def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
+    """Do one task; any failure is a report, except that of a signal.
+
+    ``notice`` is called when a kernel is about to be compiled.
+    """
     started = time.perf_counter()
     where = task.sources[0].name
     try:
-        report = _do(work, task)
+        report = _do(work, task, notice)
     except HandcleanError as error:
         text = _placed(task, str(error))
         report = _failed(text, exit_status=error.exit_status)
@@ -60,9 +64,9 @@ def _failed(error: str, **parts: Any) -> Report:
     return Report(status="failed", error=" ".join(error.split()), **parts)
 
 
-def _do(work: Work, task: Task) -> Report:
+def _do(work: Work, task: Task, notice: Notice) -> Report:
     if not task.outputs:
-        outcome = _outcome(work, task)
+        outcome = _outcome(work, task, notice)
         return _done(record.plain(outcome.figures), outcome)
     digests = {
         path: record.digest(path)
@@ -81,7 +85,7 @@ def _do(work: Work, task: Task) -> Report:
             warnings=tuple(made.get("warnings", ())),
         )
     sources = tuple(replace(s, sha256=digests.get(s.path, "")) for s in task.sources)
-    outcome = _outcome(work, replace(task, sources=sources))
+    outcome = _outcome(work, replace(task, sources=sources), notice)
     entry = record.finished(begun, outcome)
     lost = outputs.write(task, outcome, entry)
     return _done(entry["figures"], outcome, lost)
@@ -99,10 +103,10 @@ def _done(
     )
 
 
-def _outcome(work: Work, task: Task) -> Outcome:
+def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
     module = import_module(work.module)
     step: Step = getattr(module, work.module.rsplit(".", 1)[-1])
-    with threadpoolctl.threadpool_limits(1):
+    with threadpoolctl.threadpool_limits(1), watching(notice):
         given: Source | tuple[Source, ...]
         given = task.sources if task.reduces else task.sources[0]
         outcome = step(given, work.settings)

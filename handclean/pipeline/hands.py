@@ -1,14 +1,53 @@
 """Whose hands a take shows: subjects and posture prior as a source names them."""
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 
-from handclean.errors import UsageError
+from handclean.errors import HandcleanError, UsageError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import Subject, template_subject
 from handclean.ik.prior import PosturePrior
 from handclean.io.prior import read_prior
 from handclean.io.subject import read_subject
-from handclean.pipeline.batch import Source
+from handclean.pipeline import record
+from handclean.pipeline.batch import Batch, Source
+
+
+def check(batch: Batch) -> None:
+    """Look at what the command line says of hands before anything is done with it.
+
+    Raises
+    ------
+    UsageError
+        If a subject, the marker set or the prior is not there or not one, or if two
+        subjects are of the same side.
+    """
+    found = []
+    for path in batch.subjects:
+        with _usage("--subject"):
+            record.digest(path)
+            found.append((path, read_subject(path)))
+    _of_side(found, batch.side)
+    if batch.marker_set:
+        with _usage("--marker-set"):
+            load_marker_set(batch.marker_set)
+    if given := batch.files.get("prior"):
+        with _usage("--prior"):
+            record.digest(given)
+            read_prior(given)
+
+
+@contextmanager
+def _usage(option: str) -> Iterator[None]:
+    """Let what is wrong with a file or a name be wrong with the option it stands in."""
+    try:
+        yield
+    except HandcleanError as error:
+        text = str(error)
+        place = "" if text.startswith(option) else f"{option} "
+        raise UsageError(place + text) from None
 
 
 def subjects(source: Source) -> Mapping[str, Subject]:
@@ -19,24 +58,41 @@ def subjects(source: Source) -> Mapping[str, Subject]:
     Raises
     ------
     UsageError
-        If neither is given, or none of the subjects is of the side asked for.
+        If neither is given, none of the subjects is of the side asked for, or two are
+        of the same side.
     HandcleanError
         If a file is not what it should be.
     """
     if not source.subjects:
         found = [_template(source)]
     else:
-        found = [read_subject(path) for path in source.subjects]
-        if source.side not in ("", "both"):
-            found = [s for s in found if s.model.tree.side == source.side]
-        if not found:
-            raise UsageError(f"--side {source.side}: no subject is of that side")
+        read = [(path, read_subject(path)) for path in source.subjects]
+        found = _of_side(read, source.side)
     named: dict[str, Subject] = {}
     for subject in found:
         name = subject.model.tree.side or subject.model.tree.kind
         count = sum(taken.split("_")[0] == name for taken in named)
         named[f"{name}_{count + 1}" if count else name] = subject
     return named
+
+
+def _of_side(found: Sequence[tuple[Path, Subject]], side: str) -> list[Subject]:
+    """Choose the subjects of a side; there may be one for each hand."""
+    if side not in ("", "both"):
+        chosen = [(path, s) for path, s in found if s.model.tree.side == side]
+        if found and not chosen:
+            raise UsageError(f"--side {side}: no subject is of that side")
+        found = chosen
+    paths = defaultdict(list)
+    for path, subject in found:
+        paths[subject.model.tree.side].append(str(path))
+    for hand in ("left", "right"):
+        if len(paths[hand]) > 1:
+            raise UsageError(
+                f"--subject: {' and '.join(paths[hand])} are {hand} hands; "
+                "give one for each hand of the take"
+            )
+    return [subject for _, subject in found]
 
 
 def only_subject(source: Source) -> tuple[str, Subject]:

@@ -2,8 +2,10 @@
 
 import os
 import sys
+import threading
 from collections.abc import Callable, Collection, Generator, Sequence
 from contextlib import closing, redirect_stdout
+from importlib import import_module
 from pathlib import Path
 
 from handclean.errors import UsageError
@@ -12,6 +14,7 @@ from handclean.pipeline.batch import Batch, Report, Task, Work
 from handclean.pipeline.console import Console
 from handclean.pipeline.execute import execute, figures_of
 from handclean.pipeline.manifest import Line
+from handclean.pipeline.notice import Once, silent
 from handclean.pipeline.require import Condition
 from handclean.pipeline.workers import in_workers
 
@@ -37,6 +40,7 @@ def run(work: Work, batch: Batch, suffixes: Collection[str] = plan.RECORDINGS) -
     """
     lines = plan.lines_of(batch)
     tasks = plan.mapping(batch, lines, suffixes)
+    _check_hands(batch)
     lines = tuple(manifest.shard(lines, batch.shard))
     return run_tasks(work, batch, manifest.shard(tasks, batch.shard), lines)
 
@@ -47,6 +51,7 @@ def reduce(work: Work, batch: Batch, suffixes: Collection[str] = (".h5",)) -> in
     Parameters and errors are those of `run`.
     """
     task = plan.reducing(batch, plan.lines_of(batch), suffixes)
+    _check_hands(batch)
     return run_tasks(work, batch, [task], ())
 
 
@@ -54,6 +59,8 @@ def run_tasks(
     work: Work, batch: Batch, tasks: Sequence[Task], lines: Sequence[Line]
 ) -> int:
     """Run planned tasks; ``lines`` are what they came from, for ``--failed``."""
+    if not tasks and not batch.quiet:
+        sys.stderr.write(_nothing(batch))
     known = figures_of(work) if batch.require else {}
     conditions = [require.parse(text, known) for text in batch.require]
     _expect_writable(batch.failed, tasks)
@@ -69,14 +76,30 @@ def run_tasks(
                 console.tell(tasks[index], report, unmet)
     finally:
         console.close()
-        if batch.failed is not None:
-            unfinished = {
-                i
-                for i in range(len(tasks))
-                if i not in reports or reports[i].status == "failed"
-            }
-            _write_failed(batch.failed, tasks, lines, unfinished)
-    return _exit_status(list(reports.values()), met)
+        unfinished = {
+            i
+            for i in range(len(tasks))
+            if i not in reports or reports[i].status == "failed"
+        }
+        unlisted = _write_failed(batch.failed, tasks, lines, unfinished)
+        if unlisted:
+            console.note(unlisted)
+    status = _exit_status(list(reports.values()), met)
+    return FAILED if unlisted and status != WRONG_USAGE else status
+
+
+def _nothing(batch: Batch) -> str:
+    """Say that nothing is to be done; no mistake, as ``--failed`` may list nothing."""
+    where = "stdin" if batch.manifest == "-" else batch.manifest or "inputs"
+    if batch.shard:
+        return f"{where}: none is left for shard {batch.shard}\n"
+    return f"{where}: the manifest lists no takes\n"
+
+
+def _check_hands(batch: Batch) -> None:
+    """Find what is wrong with subjects, marker set and prior before the first input."""
+    if batch.subjects or batch.marker_set or "prior" in batch.files:
+        import_module("handclean.pipeline.hands").check(batch)  # late: it is heavy
 
 
 def _unmet(conditions: Sequence[Condition], report: Report) -> list[str]:
@@ -120,9 +143,10 @@ def _here(
     work: Work, tasks: Sequence[Task], jobs: int, may_start: Callable[[], bool]
 ) -> Reports:
     """Do tasks in this process; what a library prints must not meet the results."""
+    notice = silent if work.quiet else Once(threading.Lock())
     for index, task in enumerate(tasks):
         with redirect_stdout(sys.stderr):
-            report = execute(work, task)
+            report = execute(work, task, notice)
         yield index, report
 
 
@@ -152,14 +176,26 @@ def _jobs(batch: Batch) -> int:
 def _expect_writable(path: Path | None, tasks: Sequence[Task]) -> None:
     if path is None:
         return
-    if not path.absolute().parent.is_dir() or path.is_dir():
+    there = path.absolute() if path.exists() else path.absolute().parent
+    if path.is_dir() or not there.exists() or not os.access(there, os.W_OK):
         raise UsageError(f"{path}: cannot be written; --failed should name a file")
     plan.expect_unused(path, tasks)
 
 
 def _write_failed(
-    path: Path, tasks: Sequence[Task], lines: Sequence[Line], unfinished: set[int]
-) -> None:
+    path: Path | None,
+    tasks: Sequence[Task],
+    lines: Sequence[Line],
+    unfinished: set[int],
+) -> str:
+    """List the failed inputs where that is asked for; say why it could not be done."""
+    if path is None:
+        return ""
     placed = plan.failed_lines(tasks, lines)
     text = manifest.to_csv(line for i, line in enumerate(placed) if i in unfinished)
-    path.write_bytes(os.fsencode(text))
+    try:
+        path.write_bytes(os.fsencode(text))
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        return f"--failed {path}: cannot be written: {reason}"
+    return ""

@@ -68,7 +68,7 @@ def reducing(batch: Batch, lines: Sequence[Line], suffixes: Collection[str]) -> 
     """
     sources = tuple(_source(batch, line) for line in lines)
     if not sources:
-        raise UsageError("inputs: there are none; the manifest has no lines")
+        raise UsageError(f"{batch.manifest or 'inputs'}: the manifest lists no takes")
     if not suffixes:
         return Task(sources=sources, reduces=True)
     if batch.output is None:

@@ -13,6 +13,7 @@ import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,15 @@ from handclean.pipeline.batch import Source, Task, Work
 from handclean.pipeline.outcome import Entry, Outcome
 from handclean.pipeline.plan import files_of
 
-SAME = ("command", "version", "settings", "inputs", "seed")
-"""What has to be equal for a rerun to be the same."""
+SAME = ("command", "version", "code", "settings", "inputs", "seed")
+"""What has to be equal for a rerun to be the same.
+
+``code`` is of what ships, so that between two releases too, an output is made anew when
+what makes it has changed. Libraries are not part of it: a new numpy is no reason to
+clean a thousand takes again, and ``--overwrite`` is there for whoever thinks it is.
+"""
+
+PACKAGE = Path(__file__).parents[1]
 
 
 def digest(path: Path) -> str:
@@ -49,6 +57,20 @@ def digest(path: Path) -> str:
         raise FileError(path, f"cannot be read: {reason.lower()}") from None
 
 
+@cache
+def code(package: Path = PACKAGE) -> str:
+    """Digest of all code and data that ship, by name and content (some 10 ms)."""
+    found = hashlib.sha256()
+    for path in sorted(package.rglob("*")):
+        if path.suffix == ".pyc" or not path.is_file():
+            continue
+        content = path.read_bytes()
+        name = path.relative_to(package).as_posix()
+        found.update(f"{name}\0{len(content)}\0".encode())
+        found.update(content)
+    return found.hexdigest()[:16]
+
+
 def entry(work: Work, task: Task, digests: Mapping[Path, str]) -> dict[str, Any]:
     """Begin the record of a task: all that decides what its outputs will be."""
     inputs: list[dict[str, Any]] = []
@@ -60,6 +82,7 @@ def entry(work: Work, task: Task, digests: Mapping[Path, str]) -> dict[str, Any]
     return {
         "command": work.command,
         "version": __version__,
+        "code": code(),
         "settings": plain(settings),
         "inputs": inputs,
         "seed": work.seed,

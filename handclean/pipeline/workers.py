@@ -19,6 +19,7 @@ from handclean.pipeline import outputs
 from handclean.pipeline.batch import Report, Task, Work
 from handclean.pipeline.execute import execute, gone
 from handclean.pipeline.interrupts import blocked, held_back
+from handclean.pipeline.notice import Notice, Once, silent
 
 
 @dataclass
@@ -38,11 +39,12 @@ def in_workers(
     waiting = deque(range(len(tasks)))
     idle: list[_Worker] = []
     busy: list[_Worker] = []
+    notice = silent if work.quiet else Once(get_context("spawn").Lock())
     try:
         while True:
             while waiting and len(busy) < jobs and may_start():
                 with held_back():
-                    worker = _take(idle) or _start(work)
+                    worker = _take(idle) or _start(work, notice)
                     worker.index = waiting.popleft()
                     busy.append(worker)
                 with suppress(ConnectionError):  # it died; its pipe will tell
@@ -74,10 +76,10 @@ def _take(idle: list[_Worker]) -> _Worker | None:
     return None
 
 
-def _start(work: Work) -> _Worker:
+def _start(work: Work, notice: Notice) -> _Worker:
     here, there = get_context("spawn").Pipe()
     process = get_context("spawn").Process(
-        target=_serve, args=(there, work), daemon=True
+        target=_serve, args=(there, work, notice), daemon=True
     )
     resource_tracker.ensure_running()  # starting it would unblock the signals
     with blocked():
@@ -103,7 +105,7 @@ def _cause(exitcode: int) -> str:
     return f"the worker process was killed ({name}){hint}"
 
 
-def _serve(pipe: Connection, work: Work) -> None:
+def _serve(pipe: Connection, work: Work, notice: Notice) -> None:
     """Do tasks until the other end closes."""
     os.dup2(2, 1)  # stdout belongs to the results
     while True:
@@ -111,4 +113,4 @@ def _serve(pipe: Connection, work: Work) -> None:
             task = pipe.recv()
         except EOFError:
             return
-        pipe.send(execute(work, task))
+        pipe.send(execute(work, task, notice))

@@ -10,7 +10,7 @@ import h5py
 import pytest
 
 from handclean.errors import UsageError
-from handclean.pipeline import many, plan
+from handclean.pipeline import many, plan, record
 from handclean.pipeline.batch import Batch, Work
 from handclean.pipeline.execute import execute
 
@@ -276,7 +276,9 @@ def test_the_list_of_failed_inputs_is_a_manifest_that_puts_them_in_place(inputs,
     assert status == 0
     assert [o["output"] for o in objects] == ["out/S02/a.h5"]
     assert failed.read_text() == "input,output,subject,marker_set,side\n"
-    assert run(manifest="failed.csv") == (0, [], "")
+    said = "failed.csv: the manifest lists no takes\n"
+    assert run(manifest="failed.csv") == (0, [], said)
+    assert run(manifest="failed.csv", quiet=True) == (0, [], "")
 
 
 def test_a_requirement_that_is_not_met_exits_3(inputs, run):
@@ -340,6 +342,56 @@ def test_jobs_default_to_what_slurm_grants(inputs, run, monkeypatch):
         run(*paths, output="out")
     monkeypatch.setenv("SLURM_CPUS_PER_TASK", "2")
     assert run(*paths, output="out")[0] == 0
+
+
+def test_a_shard_without_a_take_says_so(inputs, run):
+    assert run(*inputs(a="one"), output="out", shard="2/2")[::2] == (
+        0,
+        "inputs: none is left for shard 2/2\n",
+    )
+
+
+def test_an_output_of_other_code_is_made_anew(inputs, run, monkeypatch):
+    paths = inputs(a="one")
+    run(*paths, output="out.csv")
+    assert run(*paths, output="out.csv")[1][0]["status"] == "skipped"
+    monkeypatch.setattr(record, "code", lambda: "another")
+    assert run(*paths, output="out.csv")[1][0]["status"] == "done"
+    assert run(*paths, output="out.csv")[1][0]["status"] == "skipped"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
+@pytest.mark.parametrize(("text", "status"), [("one", 1), ("wrong", 1)])
+def test_a_list_of_failed_inputs_that_cannot_be_written_is_one_line(
+    inputs, run, text, status
+):
+    found, (o,), err = run(*inputs(a=text), output="out", failed=Path("/dev/full"))
+    assert found == status
+    assert err.splitlines()[-1] == (
+        "--failed /dev/full: cannot be written: no space left on device"
+    )
+    assert o["status"] == ("done" if text == "one" else "failed")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"marker_set": "maycock27"}, "--marker-set: no marker set is called"),
+        ({"marker_set": "none.toml"}, "--marker-set none.toml: no such file"),
+        ({"subjects": (Path("none.h5"),)}, "--subject none.h5: no such file"),
+        ({"subjects": (Path("in"),)}, "--subject in: is a folder"),
+        ({"subjects": (Path("in/a.txt"),)}, "--subject in/a.txt: "),
+        ({"files": {"prior": Path("none.h5")}}, "--prior none.h5: no such file"),
+        ({"files": {"prior": Path("in/a.txt")}}, "--prior in/a.txt: "),
+    ],
+    ids=str,
+)
+def test_a_wrong_hand_is_wrong_usage_before_anything_is_done(inputs, run, given, said):
+    with pytest.raises(UsageError) as caught:
+        run(*inputs(a="one", b="one"), output="out", **given)
+    assert str(caught.value).startswith(said)
+    assert "\n" not in str(caught.value)
+    assert not Path("out").exists()
 
 
 def test_the_list_of_failed_inputs_never_overwrites_an_input(inputs, run):

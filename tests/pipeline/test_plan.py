@@ -154,5 +154,5 @@ def test_reducing_wants_one_file():
     for output in (None, "s", "s.c3d", "a.h5"):
         with pytest.raises(UsageError):
             plan.reducing(Batch(output=output), lines, (".h5",))
-    with pytest.raises(UsageError, match="there are none"):
+    with pytest.raises(UsageError, match="lists no takes"):
         plan.reducing(Batch(output="s.h5"), (), (".h5",))

@@ -5,7 +5,7 @@ from pathlib import Path
 from handclean.errors import UsageError
 from handclean.hand.marker_set import load_marker_set
 from handclean.io.subject import write_subject
-from handclean.pipeline import sessions
+from handclean.pipeline import names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Calibrating
 from handclean.pipeline.outcome import Entry, Outcome
@@ -40,10 +40,13 @@ def calibrate_hand_markers(
         )
     if len(sets) > 1 or len(sides) > 1:
         raise UsageError("--manifest: all takes should be of one marker set and side")
+    (name,) = sets
     takes = [sessions.read(source) for source in sources]
+    for source, take in zip(sources, takes, strict=True):
+        names.expect_set(source.name, names.labels_of(take), name)
     subject, report = calibrate(
         takes,
-        load_marker_set(sets.pop()),
+        load_marker_set(name),
         settings.calibrate,
         side=sides.pop(),
         name=settings.name,

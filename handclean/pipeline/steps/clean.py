@@ -25,6 +25,7 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
     labelled, labels = label(
         recording, subject, prior=prior, settings=settings.label, name=name
     )
+    few = labelling.lost(subject, labelling.of_labels(labels))
     filled, gaps = fill(
         labelled,
         subject,
@@ -45,5 +46,5 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
     )
     figures = {**parts[0], **parts[1], **parts[2]}
     return sessions.outcome(
-        filled, "; ".join(words), figures, (*warnings, *hands.remarks(subject))
+        filled, "; ".join(words), figures, (*warnings, *few, *hands.remarks(subject))
     )

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from handclean.gaps.fill import FillFigures, fill
-from handclean.pipeline import hands, sessions
+from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Filling
 from handclean.pipeline.outcome import Outcome
@@ -28,6 +28,8 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
     warnings = sessions.traps(source, recording)
     prior = hands.prior(source)
     found = hands.subjects(source)
+    names.expect_any(recording, found)
+    misspelt = names.remarks(recording, found)
     parts = []
     for name, subject in found.items():
         recording, part = fill(
@@ -44,7 +46,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
         recording,
         in_words(figures),
         figures,
-        (*warnings, *hands.remarks(*found.values())),
+        (*warnings, *misspelt, *hands.remarks(*found.values())),
     )
 
 

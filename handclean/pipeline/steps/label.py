@@ -1,7 +1,10 @@
 """Unlabelled takes with their markers named."""
 
+from collections.abc import Mapping
 from typing import Any
 
+from handclean.errors import HandcleanError
+from handclean.hand.subject import Subject
 from handclean.labels import label as labelling
 from handclean.labels.label import LabelFigures
 from handclean.labels.settings import LabelConfig
@@ -21,6 +24,9 @@ FIGURES = {
     "mean_confidence": "mean confidence of the names, 0 to 1",
 }
 
+ENOUGH = 0.5
+"""Share of the frames in which a hand should be followed; fewer are warned of."""
+
 
 def label(source: Source, settings: LabelConfig) -> Outcome:
     """Name every point of the take, or leave it unnamed."""
@@ -32,7 +38,33 @@ def label(source: Source, settings: LabelConfig) -> Outcome:
     )
     figures = of_labels(found)
     return sessions.outcome(
-        labelled, in_words(figures), figures, (*warnings, *hands.remarks(subject))
+        labelled,
+        in_words(figures),
+        figures,
+        (*warnings, *lost(subject, figures), *hands.remarks(subject)),
+    )
+
+
+def lost(subject: Subject, figures: Mapping[str, Any]) -> tuple[str, ...]:
+    """Say that the hand was followed in few frames.
+
+    Raises
+    ------
+    HandcleanError
+        If it was followed in none; such a take is not done.
+    """
+    followed, frames = figures["followed"], figures["frames"]
+    if not followed:
+        raise HandcleanError(
+            f"take: the hand of '{subject.name}' could be followed in none of its "
+            f"{frames} frames; is it this hand, with these markers, and is the unit "
+            "of length right?"
+        )
+    if followed >= ENOUGH * frames:
+        return ()
+    return (
+        f"the hand was followed in {followed} of {frames} frames only "
+        f"({100 * followed / frames:.1f} %); the rest has no labels",
     )
 
 
@@ -53,7 +85,8 @@ def of_labels(found: LabelFigures) -> dict[str, Any]:
 
 def in_words(figures: dict[str, Any]) -> str:
     """Say the figures in a few words."""
+    few = " only" if figures["followed"] < ENOUGH * figures["frames"] else ""
     return (
         f"labelled {figures['labelled']} points, left {figures['unlabelled']}, "
-        f"followed the hand in {figures['followed']} of {figures['frames']} frames"
+        f"followed the hand in {figures['followed']} of {figures['frames']} frames{few}"
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from handclean.errors import HandcleanError, UsageError
 from handclean.hand.subject import Subject
 from handclean.io.subject import write_subject
 from handclean.pipeline import plan, sessions
@@ -31,10 +32,13 @@ def tasks(settings: Simulating, folder: Path) -> list[Task]:
 
     Raises
     ------
-    HandcleanError
+    UsageError
         If there is no such scenario.
     """
-    _, config = load_scenario(settings.scenario, settings.simulate)
+    try:
+        _, config = load_scenario(settings.scenario, settings.simulate)
+    except HandcleanError as error:
+        raise UsageError(str(error)) from None
     planned = []
     for number in range(config.trials):
         subject = f"S{number % config.subjects + 1:02d}"

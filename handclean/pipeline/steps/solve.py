@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from handclean.ik.solve import solve as solve_take
-from handclean.pipeline import hands, sessions
+from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Solving
 from handclean.pipeline.outcome import Outcome
@@ -26,6 +26,8 @@ def solve(source: Source, settings: Solving) -> Outcome:
     warnings = sessions.traps(source, recording)
     prior = None if settings.standard else hands.prior(source)
     found = hands.subjects(source)
+    names.expect_any(recording, found)
+    misspelt = names.remarks(recording, found)
     for name, subject in found.items():
         recording = solve_take(
             recording, subject, name=name, prior=prior, settings=settings.solve
@@ -35,7 +37,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
         recording,
         in_words(figures),
         figures,
-        (*warnings, *hands.remarks(*found.values())),
+        (*warnings, *misspelt, *hands.remarks(*found.values())),
     )
 
 

@@ -1,0 +1,141 @@
+"""Names of markers in a take against those of a hand: what is missing, what is near.
+
+A marker is told as misspelt only where the take has a name of no other marker that is
+nearly the same: case, spaces and punctuation apart, letters are left out or exchanged,
+or one of a word is wrong; digits are the same, and the hand is not the other one.
+"""
+
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from difflib import SequenceMatcher
+
+from handclean.errors import HandcleanError
+from handclean.hand.marker_set import load_marker_set, shipped
+from handclean.hand.subject import Subject
+from handclean.recording import Recording
+
+NEAR = 0.8
+"""How much of two names has to be the same for one to be the other, misspelt."""
+
+FITS = 0.5
+"""Share of a set's markers that a take must have for the set to be proposed."""
+
+
+def near(name: str, others: Iterable[str]) -> str:
+    """Find the name that is this one, misspelt; "" when none is."""
+    scores = [(_likeness(name, other), other) for other in others]
+    score, best = max(scores, default=(0.0, ""))
+    return best if score >= NEAR else ""
+
+
+def _likeness(one: str, other: str) -> float:
+    """Share of two names that is the same; 0 where they are those of two markers."""
+    a, b = _plain(one), _plain(other)
+    if a == b:
+        return 1.0
+    if re.findall(r"\d", one) != re.findall(r"\d", other):
+        return 0.0
+    if _sideless(a) == _sideless(b) or not _slipped(one, other):
+        return 0.0
+    return SequenceMatcher(None, a, b).ratio()
+
+
+def _slipped(one: str, other: str) -> bool:
+    """Whether letters were left out, exchanged, or one within a word mistaken."""
+    a, b = sorted((_plain(one), _plain(other)), key=len)
+    rest = iter(b)
+    if all(letter in rest for letter in a) or sorted(a) == sorted(b):
+        return True
+    words = zip(re.split(r"[\W_]+", one), re.split(r"[\W_]+", other), strict=False)
+    short = any(len(x) < 3 and x.casefold() != y.casefold() for x, y in words)
+    differing = sum(x != y for x, y in zip(a, b, strict=False))
+    return len(a) == len(b) and differing == 1 and not short
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]", "", name.rpartition(":")[2].casefold())
+
+
+def _sideless(name: str) -> str:
+    """Write a name so that the other hand's marker has the same."""
+    return re.sub("left|right|[lr]", "*", name)
+
+
+def remarks(recording: Recording, subjects: Mapping[str, Subject]) -> tuple[str, ...]:
+    """Say which markers of the subjects the take seems to have misspelt."""
+    has = labels_of(recording)
+    known = {label for s in subjects.values() for label in s.model.labels}
+    free = [label for label in has if label not in known]
+    told = []
+    for label in sorted(known - set(has)):
+        if found := near(label, free):
+            told.append(
+                f"marker '{label}' of the subject is not in the take; "
+                f"the take has '{found}'"
+            )
+    return tuple(told)
+
+
+def labels_of(recording: Recording) -> tuple[str, ...]:
+    """Labels of a take."""
+    return recording.markers.labels if recording.markers is not None else ()
+
+
+def expect_any(recording: Recording, subjects: Mapping[str, Subject]) -> None:
+    """Expect at least one marker of the subjects in a take.
+
+    Raises
+    ------
+    HandcleanError
+        If there is none; says which shipped set the take fits instead.
+    """
+    has = labels_of(recording)
+    known = {label for s in subjects.values() for label in s.model.labels}
+    if has and not known.intersection(has):
+        sets = " or ".join(sorted({s.marker_set for s in subjects.values()}))
+        few = ", ".join(sorted(known)[:4])
+        raise HandcleanError(
+            f"take: none of the subject's markers ({few}, ...) are in it; "
+            f"{_fitting(has, sets)}"
+        )
+
+
+def expect_set(where: object, has: Sequence[str], name: str) -> None:
+    """Expect every marker of a set in a take that is to teach it.
+
+    Raises
+    ------
+    HandcleanError
+        If one is not there; says what the take has instead, or which set it fits.
+    """
+    marker_set = load_marker_set(name)
+    missing = [label for label in marker_set.labels if label not in has]
+    if not missing or not has:
+        return
+    free = [label for label in has if label not in marker_set.labels]
+    whole = len(marker_set.labels)
+    if (found := near(missing[0], free)) and len(missing) <= whole // 2:
+        raise HandcleanError(
+            f"{where}: marker '{missing[0]}' of marker set {marker_set.name} is not "
+            f"in it; it has '{found}'"
+        )
+    few = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
+    raise HandcleanError(
+        f"{where}: {len(missing)} of the {whole} markers of marker set "
+        f"{marker_set.name} are not in it ({few}); {_fitting(has, marker_set.name)}"
+    )
+
+
+def _fitting(has: Collection[str], but: str) -> str:
+    """Say which shipped set a take fits best, or what it has."""
+    fits = []
+    for name in shipped():
+        labels = load_marker_set(name).labels
+        count = sum(label in has for label in labels)
+        if name != but and count >= FITS * len(labels):
+            fits.append((count, -len(labels), name))
+    if fits:
+        count, whole, best = max(fits)
+        return f"it has {count} of the {-whole} of {best}: --marker-set {best}"
+    few = ", ".join(list(has)[:4]) + (", ..." if len(has) > 4 else "")
+    return f"it has {few}; --marker-set should name these"
