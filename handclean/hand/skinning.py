@@ -1,0 +1,292 @@
+"""A surface in a posture, and markers that ride on it.
+
+A marker on the skin is a point of a triangle, by its barycentric coordinates c, and a
+lift l along the skin's normal there:
+
+    m = sum_k c_k v_k + l n,   n = u / |u|,   u = sum_k c_k N_k / |N_k|
+
+with the triangle's corners v_k and N_k the sum of the normals ``(b - a) x (c - a)`` of
+the faces around corner k. All of it moves with the posture, and the derivative follows
+through every step; with n of length 1 it is ``dn = (I - n n') du / |u|``.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handclean.arrays import Floats, Ints, expect_shape
+from handclean.errors import HandcleanError
+from handclean.hand.model import Links, links_of
+from handclean.hand.surface import Surface, rest_joints, vertex_normals
+from handclean.kernels import skin
+from handclean.numerics.triangles import box_tree, closest
+from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
+
+_ROUNDS, _SURE = 60, 1e-10
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnSkin:
+    """M markers on a surface.
+
+    Attributes
+    ----------
+    face : (M,) the triangle each sits over.
+    share : (M, 3) barycentric coordinates in it.
+    lift : (M,) [m] how far out of the skin, along its normal.
+    """
+
+    face: Ints
+    share: Floats
+    lift: Floats
+
+    def __post_init__(self) -> None:
+        expect_shape("share", self.share, len(self.face), 3)
+        expect_shape("lift", self.lift, len(self.face))
+
+
+def bone_transforms(tree: JointTree, poses: Floats) -> tuple[Floats, Floats]:
+    """(T, B, 3, 3) and (T, B, 3) [m]: bone b carries v to ``turn_b v + shift_b``.
+
+    Parameters
+    ----------
+    poses : (T, 7 + D)
+    """
+    return _transforms(tree, links_of(tree), poses)[:2]
+
+
+def _transforms(
+    tree: JointTree, links: Links, poses: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Bone transforms, and the hinges' columns in the last pose."""
+    count = len(links.parent)
+    expect_shape("poses", poses, "T", POSE_HEAD + count - 1)
+    turn = np.zeros((len(poses), len(tree.bones), 3, 3))
+    shift, column = np.zeros(turn.shape[:3]), np.zeros((count, 6))
+    skin.place_bones(
+        np.ascontiguousarray(poses, dtype=np.float64),
+        links.parent,
+        links.offset,
+        links.axis,
+        links.bone_link,
+        links.bone_at,
+        rest_joints(tree),
+        np.zeros((count, 3, 3)),
+        np.zeros((count, 3)),
+        column,
+        turn,
+        shift,
+    )
+    return turn, shift, column
+
+
+def _check(surface: Surface, tree: JointTree) -> None:
+    last = int(surface.bones[surface.weights > 0.0].max())
+    if last >= len(tree.bones):
+        raise HandcleanError(
+            f"surface: bone {last} moves a vertex; the tree of "
+            f"'{tree.subject or tree.kind}' has bones 0 to {len(tree.bones) - 1}"
+        )
+
+
+def posed(surface: Surface, tree: JointTree, poses: Floats) -> Floats:
+    """(T, V, 3) [m] where the vertices are in each of (T, 7 + D) poses.
+
+    Raises
+    ------
+    HandcleanError
+        If the tree lacks a bone that moves a vertex.
+    """
+    _check(surface, tree)
+    turn, shift = bone_transforms(tree, poses)
+    out = np.zeros((len(poses), len(surface.vertices), 3))
+    skin.skin_frames(
+        np.ascontiguousarray(surface.vertices),
+        surface.bones,
+        surface.weights,
+        turn,
+        shift,
+        out,
+    )
+    return out
+
+
+def unposed(surface: Surface, tree: JointTree, pose: Floats, places: Floats) -> Floats:
+    """(V, 3) [m] the vertices in the zero posture that `posed` carries to ``places``.
+
+    Parameters
+    ----------
+    surface : its bones and weights count; its vertices do not.
+    pose : (7 + D,)
+    places : (V, 3) [m] of the vertices in that pose.
+
+    Raises
+    ------
+    HandcleanError
+        If the posture flattens a vertex's mean transform (bones half a turn apart).
+    """
+    _check(surface, tree)
+    expect_shape("places", places, len(surface.vertices), 3)
+    expect_shape("pose", pose, POSE_HEAD + len(tree.hinges))
+    turn, shift = bone_transforms(tree, pose[None])
+    mean = np.zeros((len(places), 3, 4))
+    skin.blend(surface.bones, surface.weights, turn[0], shift[0], mean)
+    flat = np.linalg.det(mean[:, :, :3]) < 1e-3
+    if flat.any():
+        raise HandcleanError(
+            f"surface: {flat.sum()} vertices cannot be brought back from this posture; "
+            "bones that share a vertex should be less than half a turn apart"
+        )
+    away = places - mean[:, :, 3]
+    back = np.linalg.solve(mean[:, :, :3], away[:, :, None])[:, :, 0]
+    return np.asarray(back, dtype=np.float64)
+
+
+def vertex_jacobian(
+    surface: Surface, tree: JointTree, pose: Floats, rows: Ints | None = None
+) -> Floats:
+    """(V', 3, 6 + D) [1, m/rad] derivative of vertices by a step of `model.moved`.
+
+    Parameters
+    ----------
+    pose : (7 + D,)
+    rows : (V',) the vertices wanted, all if None.
+    """
+    _check(surface, tree)
+    expect_shape("pose", pose, POSE_HEAD + len(tree.hinges))
+    links = links_of(tree)
+    at_home = pose.copy()
+    at_home[:3] = 0.0
+    turn, shift, column = _transforms(tree, links, at_home[None])
+    take = slice(None) if rows is None else rows
+    vertices = np.ascontiguousarray(surface.vertices[take])
+    out = np.zeros((len(vertices), 3, ROOT_DOFS + len(tree.hinges)))
+    skin.skin_jacobian(
+        vertices,
+        surface.bones[take],
+        surface.weights[take],
+        turn[0],
+        shift[0],
+        links.bone_link,
+        column,
+        links.carries,
+        out,
+    )
+    return out
+
+
+def around(surface: Surface, on: OnSkin) -> tuple[Surface, OnSkin]:
+    """Cut out the part of a surface that moves markers: their faces and neighbours.
+
+    Places and derivatives on the part are those on the whole.
+    """
+    near = np.zeros(len(surface.vertices), dtype=bool)
+    near[surface.faces[on.face]] = True
+    kept = np.flatnonzero(near[surface.faces].any(axis=1))
+    used, inverse = np.unique(surface.faces[kept], return_inverse=True)
+    part = replace(
+        surface,
+        vertices=surface.vertices[used],
+        faces=inverse.reshape(-1, 3).astype(np.int64),
+        bones=surface.bones[used],
+        weights=surface.weights[used],
+        colors=None if surface.colors is None else surface.colors[used],
+    )
+    return part, replace(on, face=np.searchsorted(kept, on.face))
+
+
+def lifted(vertices: Floats, faces: Ints, on: OnSkin) -> Floats:
+    """(M, 3) [m] where markers are on a mesh of these (V, 3) [m] vertices."""
+    rows = faces[on.face]
+    normal = np.einsum("mk,mkn->mn", on.share, vertex_normals(vertices, faces)[rows])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    foot = np.einsum("mk,mkn->mn", on.share, vertices[rows])
+    out: Floats = foot + on.lift[:, None] * normal
+    return out
+
+
+def skin_places(surface: Surface, tree: JointTree, on: OnSkin, poses: Floats) -> Floats:
+    """(T, M, 3) [m] where markers on the skin are in each of (T, 7 + D) poses."""
+    part, on = around(surface, on)
+    places = posed(part, tree, poses)
+    out = np.zeros((len(poses), len(on.face), 3))
+    for t, vertices in enumerate(places):
+        out[t] = lifted(vertices, part.faces, on)
+    return out
+
+
+def skin_jacobian(
+    surface: Surface, tree: JointTree, on: OnSkin, pose: Floats
+) -> Floats:
+    """(M, 3, 6 + D) [1, m/rad] derivative of markers on the skin at one pose.
+
+    Columns as in `model.jacobian`: the counterpart of `model.moved`.
+    """
+    part, on = around(surface, on)
+    moves = vertex_jacobian(part, tree, pose)
+    vertices = posed(part, tree, pose[None])[0]
+    a, b, c = (vertices[part.faces[:, n]] for n in range(3))
+    da, db, dc = (moves[part.faces[:, n]] for n in range(3))
+    flat = np.cross(b - a, c - a)
+    turns = np.cross(db - da, (c - a)[:, :, None], axis=1)
+    turns += np.cross((b - a)[:, :, None], dc - da, axis=1)
+    rows = part.faces[on.face]
+    sums, d_sums = np.zeros(vertices.shape), np.zeros(moves.shape)
+    for n in range(3):
+        np.add.at(sums, part.faces[:, n], flat)
+        np.add.at(d_sums, part.faces[:, n], turns)
+    unit, d_unit = _unit(sums, d_sums)
+    normal = np.einsum("mk,mkn->mn", on.share, unit[rows])
+    d_normal = np.einsum("mk,mknd->mnd", on.share, d_unit[rows])
+    d_normal = _unit(normal, d_normal)[1]
+    foot = np.einsum("mk,mknd->mnd", on.share, moves[rows])
+    out: Floats = foot + on.lift[:, None, None] * d_normal
+    return out
+
+
+def _unit(vectors: Floats, moves: Floats) -> tuple[Floats, Floats]:
+    """(N, 3), (N, 3, 6 + D) unit vectors and their derivative, from those of others."""
+    length = np.linalg.norm(vectors, axis=1)
+    size = np.where(length > 0.0, length, 1.0)
+    unit = vectors / size[:, None]
+    along = np.einsum("nk,nkd->nd", unit, moves)
+    return unit, (moves - unit[:, :, None] * along[:, None, :]) / size[:, None, None]
+
+
+def project(surface: Surface, vertices: Floats, points: Floats) -> OnSkin:
+    """Find where on the skin each of (M, 3) [m] points sits.
+
+    First the closest point of the mesh, whose line to the point is the normal of the
+    face there, or nearly; then that foot is moved until the point lies on the smooth
+    normal, so that `lifted` leads back to it. Where the mesh bends too much for that
+    (a point farther off than the bend's radius, on its inner side), the foot with the
+    smallest error is kept.
+
+    Parameters
+    ----------
+    vertices : (V, 3) [m] of the surface, in the posture the points belong to.
+    """
+    expect_shape("vertices", vertices, len(surface.vertices), 3)
+    normals = vertex_normals(vertices, surface.faces)
+    tree = box_tree(vertices, surface.faces)
+    feet = closest(vertices, surface.faces, points, tree)
+    best = OnSkin(face=feet.face, share=feet.share, lift=feet.distance)
+    least = np.full(len(points), np.inf)
+    for _ in range(_ROUNDS):
+        corner_normals = normals[surface.faces[feet.face]]
+        normal = np.einsum("mk,mkn->mn", feet.share, corner_normals)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        lift = ((points - feet.places) * normal).sum(axis=1)
+        aside = points - feet.places - lift[:, None] * normal
+        error: Floats = np.linalg.norm(aside, axis=1)
+        better = error < least
+        least = np.minimum(error, least)
+        best = OnSkin(
+            face=np.where(better, feet.face, best.face),
+            share=np.where(better[:, None], feet.share, best.share),
+            lift=np.where(better, lift, best.lift),
+        )
+        if least.max(initial=0.0) < _SURE:
+            break
+        feet = closest(vertices, surface.faces, feet.places + 0.6 * aside, tree)
+    return best

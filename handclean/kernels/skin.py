@@ -1,0 +1,242 @@
+"""Linear blend skinning: many vertices, each carried by at most four bones.
+
+A vertex v of the zero posture goes to ``sum_k w_k (R_k v + s_k)`` over its bones, whose
+weights w are listed largest first: a kernel stops at the first weight of 0, so that the
+many vertices with one bone cost one transform. All others blend their bones' transforms
+first and apply the mean once.
+
+Derivatives are those of `handclean.kernels.chain`: turning hinge i moves a point p of a
+bone it carries with velocity ``a x p + v``. A blended vertex p = sum_k w_k p_k moves
+with ``a x q + c v``, where q and c are the sums of w_k p_k and w_k over the bones that
+the hinge carries.
+"""
+
+import math
+
+from handclean.arrays import Bools, Floats, Ints
+from handclean.kernels import jit
+from handclean.kernels.chain import place_links
+
+
+@jit
+def place_bones(
+    poses: Floats,
+    parent: Ints,
+    offset: Floats,
+    axis: Floats,
+    link: Ints,
+    at: Floats,
+    rest: Floats,
+    turn: Floats,
+    origin: Floats,
+    column: Floats,
+    out_turn: Floats,
+    out_shift: Floats,
+) -> None:
+    """Write each bone's R and s for many poses.
+
+    Parameters
+    ----------
+    poses, parent, offset, axis, turn, origin, column : as in `chain.place_markers`;
+        the last three are work space, left as the last pose has them.
+    link : (B,) the link each bone is part of.
+    at : (B, 3) [m] where each bone's joint is in that link's frame.
+    rest : (B, 3) [m] where each bone's joint is in the zero posture.
+    out_turn : (T, B, 3, 3); out_shift : (T, B, 3) [m], overwritten in full.
+    """
+    for t in range(poses.shape[0]):
+        place_links(poses[t], parent, offset, axis, turn, origin, column)
+        for b in range(link.shape[0]):
+            i = link[b]
+            x, y, z = (
+                at[b, 0] - rest[b, 0],
+                at[b, 1] - rest[b, 1],
+                at[b, 2] - rest[b, 2],
+            )
+            for row in range(3):
+                for col in range(3):
+                    out_turn[t, b, row, col] = turn[i, row, col]
+                out_shift[t, b, row] = (
+                    poses[t, row]
+                    + origin[i, row]
+                    + turn[i, row, 0] * x
+                    + turn[i, row, 1] * y
+                    + turn[i, row, 2] * z
+                )
+
+
+@jit
+def skin(
+    vertices: Floats,
+    bones: Ints,
+    weights: Floats,
+    turn: Floats,
+    shift: Floats,
+    out: Floats,
+) -> None:
+    """Write where the vertices go.
+
+    Parameters
+    ----------
+    vertices : (V, 3) [m] in the zero posture.
+    bones : (V, 4); weights : (V, 4) largest first, sum 1.
+    turn : (B, 3, 3) rotation R of each bone.
+    shift : (B, 3) [m] s of each bone.
+    out : (V, 3) [m], overwritten in full.
+    """
+    for v in range(vertices.shape[0]):
+        x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+        b = bones[v, 0]
+        if weights[v, 1] == 0.0:
+            for row in range(3):
+                out[v, row] = (
+                    turn[b, row, 0] * x
+                    + turn[b, row, 1] * y
+                    + turn[b, row, 2] * z
+                    + shift[b, row]
+                )
+            continue
+        w = weights[v, 0]
+        for row in range(3):
+            out[v, row] = w * (
+                turn[b, row, 0] * x
+                + turn[b, row, 1] * y
+                + turn[b, row, 2] * z
+                + shift[b, row]
+            )
+        for k in range(1, bones.shape[1]):
+            w = weights[v, k]
+            if w == 0.0:
+                break
+            b = bones[v, k]
+            for row in range(3):
+                out[v, row] += w * (
+                    turn[b, row, 0] * x
+                    + turn[b, row, 1] * y
+                    + turn[b, row, 2] * z
+                    + shift[b, row]
+                )
+
+
+@jit
+def skin_frames(
+    vertices: Floats,
+    bones: Ints,
+    weights: Floats,
+    turn: Floats,
+    shift: Floats,
+    out: Floats,
+) -> None:
+    """Write where the vertices go in T frames.
+
+    Parameters
+    ----------
+    turn : (T, B, 3, 3); shift : (T, B, 3) [m]; the rest as in `skin`.
+    out : (T, V, 3) [m], overwritten in full.
+    """
+    for t in range(turn.shape[0]):
+        skin(vertices, bones, weights, turn[t], shift[t], out[t])
+
+
+@jit
+def blend(
+    bones: Ints, weights: Floats, turn: Floats, shift: Floats, out: Floats
+) -> None:
+    """Write the mean transform of each vertex.
+
+    Parameters
+    ----------
+    bones, weights : (V, 4); turn : (B, 3, 3); shift : (B, 3) [m]
+    out : (V, 3, 4) the mean of R and, last, of s [m]; overwritten in full.
+    """
+    for v in range(bones.shape[0]):
+        out[v] = 0.0
+        for k in range(bones.shape[1]):
+            w, b = weights[v, k], bones[v, k]
+            if w == 0.0:
+                break
+            for row in range(3):
+                for col in range(3):
+                    out[v, row, col] += w * turn[b, row, col]
+                out[v, row, 3] += w * shift[b, row]
+
+
+@jit
+def skin_jacobian(
+    vertices: Floats,
+    bones: Ints,
+    weights: Floats,
+    turn: Floats,
+    shift: Floats,
+    link: Ints,
+    column: Floats,
+    carries: Bools,
+    out: Floats,
+) -> None:
+    """Write the derivative of the vertices by the root's motion and all hinge angles.
+
+    Parameters
+    ----------
+    vertices, bones, weights, turn : as in `skin`.
+    shift : (B, 3) [m] such that places are relative to the root's origin.
+    link : (B,) the link each bone is part of.
+    column, carries : as in `chain.marker_jacobian`.
+    out : (V, 3, 6 + D) [1, m/rad], overwritten in full.
+    """
+    for v in range(vertices.shape[0]):
+        out[v] = 0.0
+        for row in range(3):
+            out[v, row, row] = 1.0
+        for k in range(bones.shape[1]):
+            w, b = weights[v, k], bones[v, k]
+            if w == 0.0:
+                break
+            x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+            px = turn[b, 0, 0] * x + turn[b, 0, 1] * y + turn[b, 0, 2] * z
+            py = turn[b, 1, 0] * x + turn[b, 1, 1] * y + turn[b, 1, 2] * z
+            pz = turn[b, 2, 0] * x + turn[b, 2, 1] * y + turn[b, 2, 2] * z
+            x, y = w * (px + shift[b, 0]), w * (py + shift[b, 1])
+            z = w * (pz + shift[b, 2])
+            out[v, 1, 3] -= z
+            out[v, 2, 3] += y
+            out[v, 0, 4] += z
+            out[v, 2, 4] -= x
+            out[v, 0, 5] -= y
+            out[v, 1, 5] += x
+            for i in range(1, column.shape[0]):
+                if carries[link[b], i]:
+                    ax, ay, az = column[i, 0], column[i, 1], column[i, 2]
+                    out[v, 0, 5 + i] += ay * z - az * y + w * column[i, 3]
+                    out[v, 1, 5 + i] += az * x - ax * z + w * column[i, 4]
+                    out[v, 2, 5 + i] += ax * y - ay * x + w * column[i, 5]
+
+
+@jit
+def vertex_normals(vertices: Floats, faces: Ints, out: Floats) -> None:
+    """Write unit outward normals: the mean of a vertex's faces, by their area.
+
+    Parameters
+    ----------
+    vertices : (V, 3) [m]; faces : (F, 3)
+    out : (V, 3), overwritten in full; zero where a vertex has no area around it.
+    """
+    out[:] = 0.0
+    for f in range(faces.shape[0]):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        ux = vertices[j, 0] - vertices[i, 0]
+        uy = vertices[j, 1] - vertices[i, 1]
+        uz = vertices[j, 2] - vertices[i, 2]
+        vx = vertices[k, 0] - vertices[i, 0]
+        vy = vertices[k, 1] - vertices[i, 1]
+        vz = vertices[k, 2] - vertices[i, 2]
+        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        for n in range(3):
+            v = faces[f, n]
+            out[v, 0] += x
+            out[v, 1] += y
+            out[v, 2] += z
+    for v in range(out.shape[0]):
+        x, y, z = out[v, 0], out[v, 1], out[v, 2]
+        size = math.sqrt(x * x + y * y + z * z)
+        if size > 0.0:
+            out[v, 0], out[v, 1], out[v, 2] = x / size, y / size, z / size
