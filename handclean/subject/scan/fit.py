@@ -1,0 +1,323 @@
+"""``calibrate-hand scan``: from a point cloud with landmarks to a hand with a skin.
+
+1. What is not the hand is left out (`prepare`).
+2. The template is aligned: place, size and posture, by landmarks, then also by closest
+   points (`alignment`).
+3. Its skin is drawn onto the scan (`nonrigid`).
+4. Joints follow, and both are brought to the zero posture (`rebuild`).
+
+Schroeder et al. 2017, "Hand model generation".
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.errors import HandcleanError, UsageError
+from handclean.hand.model import Model
+from handclean.hand.subject import Subject
+from handclean.hand.surface import Surface
+from handclean.hand.template import FINGERS, HAND_LENGTH, distal_length, template
+from handclean.hand.template_surface import landmarks as template_landmarks
+from handclean.hand.template_surface import template_surface
+from handclean.numerics.triangles import closest
+from handclean.subject.scan.alignment import Aligned, Template, to_cloud, to_landmarks
+from handclean.subject.scan.cloud import Cloud, Pairs, Scan
+from handclean.subject.scan.landmarks import checked, expect_on
+from handclean.subject.scan.nonrigid import Registered, Registration, falling
+from handclean.subject.scan.prepare import Prepared, nearby, oriented, prepared
+from handclean.subject.scan.rebuild import Rebuilt, rebuilt
+from handclean.subject.scan.settings import ScanConfig
+from handclean.tree import JointTree
+
+Progress = Callable[[str], None]
+
+MEASURED = 30_000
+"""Points that the distance of scan and skin is measured at, at most."""
+
+POOR_M = 0.002
+"""[m] mean distance from which on a fit is worth a word."""
+
+UNCOVERED = 0.6
+"""Share of the skin with points of the scan below which it is worth a word."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """The hand that is fitted, and its landmarks.
+
+    Attributes
+    ----------
+    tree, surface : of the template; landmarks : vertices by name.
+    """
+
+    tree: JointTree
+    surface: Surface
+    landmarks: Mapping[str, int]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScanReport:
+    """Figures and plain words about a hand from a scan.
+
+    Attributes
+    ----------
+    side : of the hand; size : its length against the template's.
+    points : of the scan; points_used : of the hand.
+    left_out_color, left_out_lonely, left_out_apart : points that are not the hand's.
+    landmarks : how many there were.
+    aligned_landmark_m, aligned_fit_m : [m] RMS distance of landmarks, and of skin with
+        a counterpart, once the template was aligned.
+    landmark_m : [m] RMS distance of landmarks in the end.
+    fit_mean_m, fit_p95_m, fit_max_m : [m] distance of the hand's points from the skin.
+    covered : share of the skin's vertices with points of the scan.
+    lengths_m : [m] by joint: distance from the joint before it.
+    warnings : plain sentences.
+    """
+
+    side: str
+    size: float
+    points: int
+    points_used: int
+    left_out_color: int
+    left_out_lonely: int
+    left_out_apart: int
+    landmarks: int
+    aligned_landmark_m: float
+    aligned_fit_m: float
+    landmark_m: float
+    fit_mean_m: float
+    fit_p95_m: float
+    fit_max_m: float
+    covered: float
+    lengths_m: Mapping[str, float]
+    warnings: tuple[str, ...] = field(default=())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fitted:
+    """All stages of a fit.
+
+    Attributes
+    ----------
+    subject : the outcome; report : figures and words.
+    cloud : the points that were fitted to.
+    aligned : the template before its shape was fitted.
+    registered : the skin in the scan's posture; rebuilt : the hand behind it.
+    """
+
+    subject: Subject
+    report: ScanReport
+    cloud: Cloud
+    aligned: Aligned
+    registered: Registered
+    rebuilt: Rebuilt
+
+
+def shipped_start(side: str) -> Start:
+    """Return the built-in hand."""
+    tree = template(side)
+    return Start(
+        tree=tree,
+        surface=template_surface(tree),
+        landmarks=template_landmarks(tree),
+    )
+
+
+def fit_scan(
+    scan: Scan,
+    marks: Mapping[str, Floats],
+    settings: ScanConfig,
+    *,
+    side: str = "right",
+    name: str = "",
+    start: Start | None = None,
+    progress: Progress = lambda _: None,
+) -> Fitted:
+    """Fit the template to a scan.
+
+    Parameters
+    ----------
+    marks : (3,) [m] landmarks on the scan by name.
+    side : "left" or "right".
+    name : whose hand it is.
+    start : what is fitted; the built-in hand when not given.
+    progress : called with what is being done.
+
+    Raises
+    ------
+    UnknownNameError
+        If a landmark is none of the template's.
+    UsageError
+        If the side is neither, or clearly not that of the hand scanned.
+    HandcleanError
+        If landmarks or points do not make a hand.
+    """
+    if side not in ("left", "right"):
+        raise UsageError(f"--side: should be left or right for a scan, not '{side}'")
+    start = start or shipped_start(side)
+    names, places, missing = checked(marks, start.landmarks, settings.landmarks)
+    progress("points of the hand")
+    expect_on(names, places, scan.points[np.isfinite(scan.points).all(axis=1)])
+    ready = prepared(scan, places, settings)
+    progress("landmarks")
+    rows = np.array([start.landmarks[landmark] for landmark in names], dtype=np.int64)
+    model = Template(tree=start.tree, surface=start.surface, landmarks=rows)
+    aligned = to_landmarks(model, places)
+    cloud, words = oriented(ready.scan, aligned.vertices(), start.surface)
+    places = cloud.snapped(places)
+    aligned = to_cloud(
+        aligned,
+        places,
+        cloud,
+        settings.rounds,
+        settings.reach_m,
+        settings.normal_rad,
+        lambda n: progress(f"posture, round {n + 1} of {settings.rounds}"),
+    )
+    cloud = nearby(cloud, aligned.vertices(), settings.far_m)
+    if len(cloud.points) < settings.points // 1000 + 100:
+        raise HandcleanError(
+            "scan: hardly a point lies near the aligned template; are the landmarks "
+            "named right?"
+        )
+    registered = drawn(aligned, places, cloud, settings, progress)
+    progress("joints")
+    found = rebuilt(aligned, registered.vertices)
+    if missing:
+        words = (*words, f"landmarks that are missing: {', '.join(missing)}")
+    report = _report(aligned, registered, found, ready, cloud, words)
+    tree = replace(found.tree, subject=name, scale=report.size)
+    found = replace(found, tree=tree)
+    return Fitted(
+        subject=_subject(found, report, name),
+        report=report,
+        cloud=cloud,
+        aligned=aligned,
+        registered=registered,
+        rebuilt=found,
+    )
+
+
+def drawn(
+    aligned: Aligned,
+    places: Floats,
+    cloud: Cloud,
+    settings: ScanConfig,
+    progress: Progress = lambda _: None,
+) -> Registered:
+    """Draw the aligned template's skin onto the scan, by the schedule.
+
+    Parameters
+    ----------
+    places : (N, 3) [m] of the landmarks.
+    """
+    template = aligned.template
+    work = Registration(
+        aligned.vertices(),
+        template.surface.faces,
+        Pairs(rows=template.landmarks, places=places),
+        template.tree.scale * HAND_LENGTH,
+    )
+    for stiffness in falling(settings.stiff, settings.middle, settings.steps):
+        progress(f"skin by landmarks, stiffness {stiffness:.0e}")
+        work.relax(float(stiffness), 1.0, None)
+
+    def find(vertices: Floats, normals: Floats) -> Pairs:
+        return cloud.pairs(vertices, normals, settings.reach_m, settings.normal_rad)
+
+    for stiffness in falling(settings.middle, settings.soft, 2 * settings.steps):
+        progress(f"skin by points, stiffness {stiffness:.1e}")
+        work.relax(float(stiffness), settings.landmark_weight, find)
+    return work.registered()
+
+
+def _report(
+    aligned: Aligned,
+    registered: Registered,
+    found: Rebuilt,
+    ready: Prepared,
+    cloud: Cloud,
+    words: tuple[str, ...],
+) -> ScanReport:
+    tree, surface = found.tree, found.surface
+    step = -(-len(cloud.points) // MEASURED)
+    away = closest(registered.vertices, surface.faces, cloud.points[::step]).distance
+    covered = len(registered.pairs.rows) / len(surface.vertices)
+    pairs, last = registered.pairs, registered.stages[-1]
+    before = aligned.vertices()[pairs.rows] - pairs.places
+    fit_mean = float(away.mean())
+    more = []
+    if fit_mean > POOR_M:
+        more.append(
+            f"the skin lies {1e3 * fit_mean:.1f} mm from the scan in the mean: are the "
+            "landmarks right?"
+        )
+    if covered < UNCOVERED:
+        more.append(
+            f"the scan shows {100 * covered:.0f} % of the skin: the rest is guessed"
+        )
+    lengths = {
+        tree.joints[b]: float(np.linalg.norm(tree.offsets[b]))
+        for b in range(1, len(tree.bones))
+    }
+    return ScanReport(
+        side=tree.side,
+        size=_length(found) / _template_length(aligned.template.tree),
+        points=ready.points,
+        points_used=len(cloud.points),
+        left_out_color=ready.colored,
+        left_out_lonely=ready.lonely,
+        left_out_apart=ready.apart,
+        landmarks=len(aligned.template.landmarks),
+        aligned_landmark_m=aligned.landmark_m,
+        aligned_fit_m=float(np.sqrt(np.mean(np.sum(before**2, axis=1)))),
+        landmark_m=last.landmark_m,
+        fit_mean_m=fit_mean,
+        fit_p95_m=float(np.percentile(away, 95.0)),
+        fit_max_m=float(away.max()),
+        covered=covered,
+        lengths_m=lengths,
+        warnings=(*ready.words, *words, *more),
+    )
+
+
+def _length(found: Rebuilt) -> float:
+    """[m] from the wrist along the middle finger to its tip."""
+    chain = [b for b, n in enumerate(found.tree.bones) if n.startswith("middle_")]
+    bones = np.linalg.norm(found.tree.offsets[chain], axis=1).sum()
+    return float(bones) + found.tips["middle"]
+
+
+def _template_length(tree: JointTree) -> float:
+    """[m] the same of the template of size 1."""
+    start = template(tree.side or "right")
+    chain = [b for b, n in enumerate(start.bones) if n.startswith("middle_")]
+    bones = np.linalg.norm(start.offsets[chain], axis=1).sum()
+    return float(bones) + distal_length(start, "middle")
+
+
+def _subject(found: Rebuilt, report: ScanReport, name: str) -> Subject:
+    """Make the subject, without markers as yet."""
+    errors = {
+        "scan_fit_mean_m": report.fit_mean_m,
+        "scan_fit_p95_m": report.fit_p95_m,
+        "scan_fit_max_m": report.fit_max_m,
+        "scan_landmark_m": report.landmark_m,
+        "scan_aligned_fit_m": report.aligned_fit_m,
+        "scan_covered": report.covered,
+        "scan_points": float(report.points_used),
+    }
+    for finger in FINGERS:
+        errors[f"{finger}_distal_length_m"] = found.tips[finger]
+    none = np.zeros(0, dtype=np.int64)
+    return Subject(
+        name=name,
+        model=Model(tree=found.tree, labels=(), bone=none, at=np.zeros((0, 3))),
+        marker_set="",
+        marker_sigma=np.zeros(0),
+        errors=errors,
+        surface=found.surface,
+    )

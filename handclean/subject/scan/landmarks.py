@@ -1,0 +1,78 @@
+"""Named landmarks on the scan: are they the template's, and do they fit the scan?"""
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from handclean.arrays import Floats
+from handclean.errors import HandcleanError, UnknownNameError
+
+FAR = 0.1
+"""A landmark farther from the scan than this share of their spread is not on it."""
+
+
+def checked(
+    marked: Mapping[str, Floats], known: Collection[str], least: int
+) -> tuple[tuple[str, ...], Floats, tuple[str, ...]]:
+    """Put the landmarks of a scan in the template's order.
+
+    Parameters
+    ----------
+    marked : (3,) [m] by name.
+    known : the template's names.
+    least : how many are needed.
+
+    Returns
+    -------
+    The N names that are there, (N, 3) [m] where, and the names that are missing.
+
+    Raises
+    ------
+    UnknownNameError
+        If a name is none of the template's.
+    HandcleanError
+        If there are too few.
+    """
+    for name in marked:
+        if name not in known:
+            raise UnknownNameError("landmarks", "landmark", name, known)
+    names = tuple(name for name in known if name in marked)
+    missing = tuple(name for name in known if name not in marked)
+    if len(names) < least:
+        raise HandcleanError(
+            f"landmarks: {len(names)} of {len(known)} are given, {least} or more are "
+            f"needed; missing: {', '.join(missing)}"
+        )
+    return names, np.array([marked[name] for name in names]).reshape(-1, 3), missing
+
+
+def expect_on(names: tuple[str, ...], places: Floats, points: Floats) -> None:
+    """Expect landmarks on the scan.
+
+    Parameters
+    ----------
+    places : (N, 3) [m]; points : (P, 3) [m] of the scan.
+
+    Raises
+    ------
+    HandcleanError
+        If most are far from it (another unit or frame), or one is.
+    """
+    away = cKDTree(points).query(places)[0]
+    size = float(np.linalg.norm(np.ptp(places, axis=0)))
+    extent = float(np.linalg.norm(np.subtract(*np.percentile(points, [98, 2], axis=0))))
+    limit = FAR * max(size, 1e-12)
+    far = away > limit
+    if far.mean() > 0.5 or size > 3.0 * extent:
+        raise HandcleanError(
+            f"landmarks: they lie {1e3 * np.median(away):.3g} mm from the scan and "
+            f"span {1e3 * size:.3g} mm where it spans {1e3 * extent:.3g} mm; they "
+            "should be in the scan's own coordinates and unit"
+        )
+    if far.any():
+        worst = int(np.argmax(away))
+        raise HandcleanError(
+            f"landmarks: {names[worst]} lies {1e3 * away[worst]:.3g} mm from the scan; "
+            "is it in the scan's coordinates?"
+        )

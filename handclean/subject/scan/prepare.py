@@ -1,0 +1,173 @@
+"""What of a scan is the hand, and which way its normals look."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from handclean.arrays import Bools, Floats
+from handclean.errors import HandcleanError
+from handclean.hand.surface import Surface, vertex_normals
+from handclean.numerics.cloud import (
+    clusters,
+    crowded,
+    plane_normals,
+    thinned,
+    turned_along,
+)
+from handclean.subject.scan.cloud import Cloud, Scan
+from handclean.subject.scan.settings import ScanConfig
+from handclean.subject.scan.skin_color import is_skin
+
+NEIGHBOURS = 12
+"""Points around one that normals and lonely points are told from."""
+
+LEAST_POINTS = 500
+"""Points that a hand is fitted to at least."""
+
+AROUND = 0.45
+"""Points farther from every landmark than this share of their spread are not looked
+at: no part of a hand is."""
+
+NEAR = 0.04
+"""A part of the scan is of the hand if a landmark is so near, by the same share."""
+
+DISAGREEING = 0.25
+"""Share of normals against the template's from which on they are not believed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prepared:
+    """A scan without what is not the hand.
+
+    Attributes
+    ----------
+    scan : with points that are left.
+    points, colored, lonely, apart : how many there were, were left out for their color,
+        for being far from others, and for not hanging together with a landmark.
+    words : what its owner should know.
+    """
+
+    scan: Scan
+    points: int
+    colored: int
+    lonely: int
+    apart: int
+    words: tuple[str, ...]
+
+
+def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
+    """Leave out what is not the hand.
+
+    Parameters
+    ----------
+    marks : (N, 3) [m] the landmarks.
+
+    Raises
+    ------
+    HandcleanError
+        If too few points are left.
+    """
+    total, words = len(scan.points), []
+    known: Bools = np.isfinite(scan.points).all(axis=1)
+    if not known.all():
+        words.append(f"{(~known).sum()} points without a place (NaN) are left out")
+        scan = scan.only(known)
+    _expect_enough(scan, "a scan of a hand has")
+    size = float(np.linalg.norm(np.ptp(marks, axis=0)))
+    scan = scan.only(cKDTree(marks).query(scan.points)[0] < AROUND * size)
+    _expect_enough(scan, "around its landmarks a scan of a hand has")
+    looked_at = len(scan.points)
+    if scan.colors is None:
+        words.append("the scan has no colors: points that are not skin stay in it")
+    elif settings.skin:
+        scan = scan.only(_skin(scan, marks, 0.5 * NEAR * size))
+    colored = looked_at - len(scan.points)
+    scan = scan.only(thinned(scan.points, settings.points))
+    kept = crowded(scan.points, NEIGHBOURS, settings.lonely)
+    lonely = int((~kept).sum())
+    scan = scan.only(kept)
+    label = clusters(scan.points, settings.gap_m)
+    away, nearest = cKDTree(scan.points).query(marks)
+    mine = np.unique(label[nearest[away < NEAR * size]])
+    kept = np.isin(label, mine)
+    apart = int((~kept).sum())
+    scan = scan.only(kept)
+    _expect_enough(scan, "of the hand itself a scan has")
+    return Prepared(
+        scan=scan,
+        points=total,
+        colored=colored,
+        lonely=lonely,
+        apart=apart,
+        words=tuple(words),
+    )
+
+
+def _expect_enough(scan: Scan, what: str) -> None:
+    if len(scan.points) < LEAST_POINTS:
+        raise HandcleanError(
+            f"scan: {len(scan.points)} points are left; {what} {LEAST_POINTS} or more"
+        )
+
+
+def _skin(scan: Scan, marks: Floats, near: float) -> Bools:
+    """(P,) which points are of the color of skin; most at the landmarks must be."""
+    assert scan.colors is not None
+    skin = is_skin(scan.colors)
+    at_marks = cKDTree(marks).query(scan.points)[0] < near
+    share = float(skin[at_marks].mean()) if at_marks.any() else float(skin.mean())
+    if share < 0.5:
+        raise HandcleanError(
+            f"scan: {100 * share:.0f} % of the points at the landmarks have a color "
+            "that counts as skin's in daylight; --no-skin goes without colors"
+        )
+    return skin
+
+
+def oriented(
+    scan: Scan, vertices: Floats, surface: Surface
+) -> tuple[Cloud, tuple[str, ...]]:
+    """Give every point a unit normal that looks out of the skin.
+
+    Parameters
+    ----------
+    vertices : (V, 3) [m] of the surface, roughly aligned with the scan.
+
+    Returns
+    -------
+    The cloud, and what its owner should know.
+    """
+    nearest = cKDTree(vertices).query(scan.points)[1]
+    outwards = vertex_normals(vertices, surface.faces)[nearest]
+    if scan.normals is None:
+        normals = turned_along(plane_normals(scan.points, NEIGHBOURS), outwards)
+        said = "the scan has no normals: planes through its points stand in for them"
+        return Cloud(points=scan.points, normals=normals), (said,)
+    size = np.linalg.norm(scan.normals, axis=1)
+    known = np.isfinite(size) & (size > 0.0)
+    normals = np.where(known[:, None], scan.normals, 0.0)
+    normals = normals / np.where(known, size, 1.0)[:, None]
+    words = []
+    if not known.all():
+        words.append(f"{(~known).sum()} points have no normal: planes stand in for it")
+        planes = turned_along(plane_normals(scan.points, NEIGHBOURS), outwards)
+        normals = np.where(known[:, None], normals, planes)
+    against = np.einsum("pk,pk->p", normals, outwards)[known] < 0.0
+    share = float(against.mean()) if known.any() else 0.0
+    if share > 1.0 - DISAGREEING:
+        words.append("the scan's normals look into the hand: turned round")
+        normals = -normals
+    elif share > DISAGREEING:
+        words.append(
+            f"{100 * share:.0f} % of the scan's normals look into the hand: those are "
+            "turned round"
+        )
+        normals = turned_along(normals, outwards)
+    return Cloud(points=scan.points, normals=normals), tuple(words)
+
+
+def nearby(cloud: Cloud, vertices: Floats, far_m: float) -> Cloud:
+    """Leave out points farther than ``far_m`` from all of (V, 3) [m] vertices."""
+    kept = cKDTree(vertices).query(cloud.points)[0] <= far_m
+    return replace(cloud, points=cloud.points[kept], normals=cloud.normals[kept])
