@@ -1,15 +1,21 @@
 """The commands on simulated takes, each the way the command line goes."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from handclean.errors import HandcleanError, UsageError
 from handclean.gaps.settings import FillConfig
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.subject import template_subject
 from handclean.ik.settings import SolveConfig
 from handclean.io import files
 from handclean.io.prior import read_prior
-from handclean.io.subject import read_subject
+from handclean.io.subject import read_subject, write_subject
 from handclean.labels.settings import LabelConfig
-from handclean.pipeline import many, plan
+from handclean.pipeline import hands, many, plan
 from handclean.pipeline.batch import Batch, Source, Task, Work
 from handclean.pipeline.choices import (
     Calibrating,
@@ -20,7 +26,7 @@ from handclean.pipeline.choices import (
     Solving,
 )
 from handclean.pipeline.execute import execute
-from handclean.pipeline.steps import simulate
+from handclean.pipeline.steps import label, simulate
 from handclean.recording import Origin
 from handclean.report.settings import CompareConfig
 from handclean.simulation.settings import SimulateConfig
@@ -193,13 +199,147 @@ def test_a_hand_that_cannot_be_had_is_one_line(
     assert report.error.startswith(str(source.path))
 
 
+def left_hand(simulated, folder):
+    """Write the subject's hand as if it were the left one."""
+    subject = read_subject(simulated / "subjects" / "S01.h5")
+    tree = replace(subject.model.tree, side="left")
+    path = folder / "left.h5"
+    write_subject(path, replace(subject, model=replace(subject.model, tree=tree)))
+    return path
+
+
 def test_two_hands_at_once_are_refused_until_they_can_be_labelled(simulated, tmp_path):
     subject = simulated / "subjects" / "S01.h5"
-    source = Source(path=simulated / "S01_001.c3d", subjects=(subject, subject))
+    both = (subject, left_hand(simulated, tmp_path))
+    source = Source(path=simulated / "S01_001.c3d", subjects=both)
     task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
     report = execute(Work(command="clean", settings=CLEANING), task)
     assert report.exit_status == 2
     assert "2 hands cannot be labelled at once" in report.error
+
+
+@pytest.mark.parametrize(
+    ("command", "settings"),
+    [
+        ("clean", CLEANING),
+        ("label", LabelConfig()),
+        ("solve", Solving(solve=SolveConfig(), standard=False)),
+        ("fill-gaps", Filling(fill=FillConfig(), solve=SolveConfig())),
+    ],
+)
+def test_two_subjects_of_one_side_are_wrong_usage(
+    simulated, tmp_path, command, settings
+):
+    subject = simulated / "subjects" / "S01.h5"
+    other = tmp_path / "other.h5"
+    other.write_bytes(subject.read_bytes())
+    said = f"--subject: {subject} and {other} are right hands"
+    source = Source(path=simulated / "S01_001.c3d", subjects=(subject, other))
+    task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
+    report = execute(Work(command=command, settings=settings), task)
+    assert (report.status, report.exit_status) == ("failed", 2)
+    assert said in report.error
+    batch = Batch(
+        inputs=(source.path,), output=str(tmp_path / "out"), subjects=source.subjects
+    )
+    with pytest.raises(UsageError, match=re.escape(said)):
+        many.run(Work.of(command, batch, settings), batch)
+    left = left_hand(simulated, tmp_path)
+    hands.check(replace(batch, subjects=(subject, left)))
+    hands.check(replace(batch, subjects=(subject, other, left), side="left"))
+
+
+def far_away(recording, share):
+    """Points of a share of the frames, from the middle on, where no hand is."""
+    points = recording.unlabelled
+    hidden = points.frame < round((1.0 - share) * recording.frames)
+    at = points.positions.copy()
+    spread = np.random.default_rng(5).uniform(-5.0, 5.0, size=at.shape)  # [m]
+    at[hidden] = spread[hidden]
+    return replace(recording, unlabelled=replace(points, positions=at))
+
+
+@pytest.mark.parametrize(
+    ("command", "settings"), [("label", LabelConfig()), ("clean", CLEANING)]
+)
+def test_a_take_without_the_hand_fails_and_one_with_little_of_it_is_warned_of(
+    simulated, tmp_path, command, settings
+):
+    given = {"subjects": (simulated / "subjects" / "S01.h5",)}
+    raw = files.read(simulated / "S01_001.c3d")
+    for share in (0.0, 0.3):
+        path, output = tmp_path / f"{share}.h5", tmp_path / f"{share}.out.h5"
+        files.write(path, far_away(raw, share))
+        task = Task(sources=(Source(path=path, **given),), outputs=(output,), token="t")
+        report = execute(Work(command=command, settings=settings), task)
+        if share == 0.0:
+            assert (report.status, report.exit_status) == ("failed", 1)
+            assert report.error.startswith(f"{path}: ")
+            assert not output.exists()
+            continue
+        assert report.status == "done"
+        followed, frames = report.figures["followed"], report.figures["frames"]
+        assert 0 < followed < frames / 2
+        assert f"{followed} of {frames} frames only" in report.line
+        assert any(f"{followed} of {frames} frames" in w for w in report.warnings)
+
+
+def test_a_take_that_was_followed_nowhere_is_not_done():
+    subject = template_subject(load_marker_set("maycock26"))
+    with pytest.raises(HandcleanError, match=r"^take: .* none of its 7 frames; "):
+        label.lost(subject, {"followed": 0, "frames": 7})
+    assert label.lost(subject, {"followed": 4, "frames": 7}) == ()
+    assert len(label.lost(subject, {"followed": 3, "frames": 7})) == 1
+
+
+def misspelt(simulated, folder):
+    """Write the labelled take with one marker's name misspelt."""
+    recording = files.read(simulated / "labelled" / "S01_001.c3d")
+    labels = tuple(n.replace("INDEX_TIP", "INDX_TIP") for n in recording.markers.labels)
+    path = folder / "misspelt.h5"
+    markers = replace(recording.markers, labels=labels)
+    files.write(path, replace(recording, markers=markers))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("command", "settings"),
+    [
+        ("solve", Solving(solve=SolveConfig(), standard=False)),
+        ("fill-gaps", Filling(fill=FillConfig(), solve=SolveConfig())),
+    ],
+)
+def test_a_misspelt_marker_is_warned_of(simulated, tmp_path, command, settings):
+    source = Source(
+        path=misspelt(simulated, tmp_path),
+        subjects=(simulated / "subjects" / "S01.h5",),
+    )
+    task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
+    said = "marker 'R_INDEX_TIP' of the subject is not in the take; "
+    assert done(command, settings, task).warnings == (
+        said + "the take has 'R_INDX_TIP'",
+    )
+
+
+@pytest.mark.parametrize(
+    ("marker_set", "said"),
+    [
+        ("maycock26", "'R_INDEX_TIP' of marker set maycock26 is not in it; it has"),
+        ("han19", "it has 25 of the 26 of maycock26: --marker-set maycock26"),
+    ],
+)
+def test_a_set_that_is_not_the_takes_teaches_nothing_but_what_fits(
+    simulated, tmp_path, marker_set, said
+):
+    path = misspelt(simulated, tmp_path)
+    source = Source(path=path, marker_set=marker_set)
+    output = tmp_path / "s.h5"
+    task = Task(sources=(source,), outputs=(output,), token="t", reduces=True)
+    settings = Calibrating(calibrate=CalibrateConfig(), name="")
+    report = execute(Work(command="calibrate-hand markers", settings=settings), task)
+    assert (report.status, report.exit_status) == ("failed", 1)
+    assert report.error.startswith(f"{path}: ")
+    assert said in report.error
 
 
 def test_a_subject_is_learnt_from_a_range_of_motion(tmp_path):
