@@ -5,7 +5,8 @@ A TOML file with ``left_handed`` (the file's axes), ``unit_m`` (its unit of leng
 table ``[bones]``: the joint at the root end of each bone. It says nothing of angles;
 `handclean.io.bvh_angles` finds them from the motion. With ``exact = true`` the frames
 of all joints are parallel in the zero posture, as `handclean.io.bvh` writes them, and
-the hinge angles are what went in (`handclean.io.bvh_own`).
+the hinge angles are what went in (`handclean.io.bvh_own`). What a map says of skinned
+hands besides is read by `handclean.io.skinned_map`.
 """
 
 import tomllib
@@ -23,6 +24,9 @@ from handclean.tree import JointTree
 SHIPPED = Path(__file__).parents[1] / "data" / "joint_maps"
 
 _KEYS = {"name", "source", "note", "left_handed", "unit_m", "back", "exact", "bones"}
+
+SKINNED_KEYS = {"flexion", "tips", "merged"}
+"""Keys that only skinned hands need."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +71,8 @@ def load_joint_map(path: Path) -> JointMap:
     except (OSError, ValueError) as error:
         raise FileError(path, f"not a joint map: {error}".splitlines()[0]) from None
     for key in content:
-        if key not in _KEYS:
-            raise UnknownNameError(path, "key", key, _KEYS)
+        if key not in _KEYS | SKINNED_KEYS:
+            raise UnknownNameError(path, "key", key, _KEYS | SKINNED_KEYS)
     return JointMap(
         name=str(content.get("name", path.stem)),
         left_handed=bool(content.get("left_handed", False)),
