@@ -7,6 +7,7 @@ SCENARIOS = {
     "grasp": "grasp an object, put it in a bowl, return: the protocol of maycock2015",
     "rom": "every joint through its range, for calibrate-hand",
     "free": "gestures in the air, no object",
+    "scan": "a hand held still before eight cameras: a point cloud with landmarks",
     "demo": "one short grasp and nothing else, at 100 Hz",
 }
 
@@ -34,9 +35,20 @@ class SimulateConfig:
     impostors_per_s: Annotated[
         float, "Ghosts per second that live on beside a hidden marker."
     ] = 0.1
+    scan_cameras: Annotated[int, "Cameras that scan a hand; two must see a place."] = 8
+    scan_noise_m: Annotated[
+        float, "Standard deviation per axis of a scan's points."
+    ] = 0.0005
+    scan_points: Annotated[int, "Points of the hand in a scan, at most."] = 100_000
 
     def __post_init__(self) -> None:
-        for name, least in (("trials", 1), ("subjects", 1), ("cameras", 2)):
+        for name, least in (
+            ("trials", 1),
+            ("subjects", 1),
+            ("cameras", 2),
+            ("scan_cameras", 2),
+            ("scan_points", 1000),
+        ):
             if getattr(self, name) < least:
                 wrong = f"{name} should be at least {least}, not {getattr(self, name)}"
                 raise ValueError(wrong)
@@ -55,6 +67,7 @@ class SimulateConfig:
             )
         for name in (
             "noise_m",
+            "scan_noise_m",
             "slide",
             "dropouts_per_s",
             "ghosts_per_s",

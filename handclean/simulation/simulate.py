@@ -36,12 +36,14 @@ from handclean.simulation.people import (
     make_person,
     without_forearm,
 )
+from handclean.simulation.scan import Scan, make_scan
 from handclean.simulation.scene import Scene, quaternions
 from handclean.simulation.settings import SCENARIOS, SimulateConfig
 from handclean.tree import MIRROR, JointTree
 
 _DURATION_S = {"grasp": 5.0, "rom": 24.0, "free": 10.0, "demo": 4.0}
 _SUBJECT, _TRIAL, _RIG = 1, 2, 3  # what a seed's streams of numbers are for
+_SHAPE, _SCAN = 4, 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,6 +143,8 @@ def simulate_one(scenario: str | Path, settings: SimulateConfig, number: int) ->
         If the scenario, marker set or a grasp class is unknown.
     """
     kind, settings = load_scenario(scenario, settings)
+    if kind == "scan":
+        raise UsageError("scenario scan: makes scans of hands, no takes")
     marker_set = load_marker_set(settings.marker_set)
     if marker_set.kind != "hand":
         raise UsageError(f"marker set {marker_set.name} is no hand's; name one that is")
@@ -149,6 +153,26 @@ def simulate_one(scenario: str | Path, settings: SimulateConfig, number: int) ->
             raise UnknownNameError("simulate", "grasp class", name, tuple(GRASPS))
     person = make_subject(number % settings.subjects, marker_set, settings)
     return make_trial(kind, number, person, marker_set, settings)
+
+
+def simulate_scan(scenario: str | Path, settings: SimulateConfig, number: int) -> Scan:
+    """Scan the hand of the subject whose turn it is, from 0.
+
+    Raises
+    ------
+    HandcleanError
+        If the scenario or marker set is unknown.
+    """
+    _, settings = load_scenario(scenario, settings)
+    marker_set = load_marker_set(settings.marker_set)
+    subject = number % settings.subjects
+    return make_scan(
+        make_subject(subject, marker_set, settings),
+        settings.side or marker_set.side or "right",
+        settings,
+        np.random.default_rng([settings.seed, _SHAPE, subject]),
+        np.random.default_rng([settings.seed, _SCAN, number]),
+    )
 
 
 def make_subject(
