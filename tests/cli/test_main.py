@@ -83,6 +83,16 @@ def test_without_a_command_help_is_shown_and_the_status_is_2(call):
         ("convert a.c3d -o b.h5 -c none.toml", "none.toml: no such file"),
         ("convert a.c3d -o b.h5 --require fram<=1", "no figure is called 'fram'"),
         ("convert a.c3d -o b.h5 --failed none/f", "--failed should name a file"),
+        ("simulate graps -o b", "is called 'graps'; did you mean grasp?"),
+        ("simulate none.toml -o b", "none.toml: no such file"),
+        ("solve a.c3d -o b.h5 --marker-set han18", "did you mean han19?"),
+        ("solve a.c3d -o b.h5 --subject s.h5", "--subject s.h5: no such file"),
+        ("solve a.c3d -o b.h5 --prior p.h5", "--prior p.h5: no such file"),
+        ("label a.c3d -o b.h5 --subject s.h5", "--subject s.h5: no such file"),
+        ("clean a.c3d -o b.h5 --marker-set m.toml", "m.toml: no such file"),
+        ("fill-gaps a.c3d -o b.h5 --max-gap-s nan", "a finite number, not nan"),
+        ("clean a.c3d -o b.h5 --fill-max-gap-s inf", "a finite number, not inf"),
+        ("calibrate-hand markers a.c3d -o b.h5 --marker-set x", "is called 'x'"),
     ],
 )
 def test_wrong_usage_is_one_line_and_status_2(call, line, said):

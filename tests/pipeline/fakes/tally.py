@@ -23,7 +23,7 @@ def tally(source, settings):
         text = source.path.read_text()
         rng = chance.rng(source)
     words = text.split()
-    act(source, *words[:2])
+    act(source, *words[:3])
     figures = {"words": len(words), "draw": rng.random(), "gap": float("nan")}
 
     def write(path, provenance):
@@ -35,7 +35,7 @@ def tally(source, settings):
         path.write_text(text.upper())
         if words[:1] == ["linger"]:
             Path(words[1]).write_text(str(os.getpid()))
-            time.sleep(60)
+            time.sleep(600)
         if words[:1] == ["full"]:
             raise OSError(28, "No space left on device", str(path))
         if words[:1] == ["unfit"]:
@@ -53,7 +53,7 @@ def tally(source, settings):
     )
 
 
-def act(source, word="", argument=""):
+def act(source, word="", argument="", begun=""):
     if word == "killed":
         os.kill(os.getpid(), signal.SIGKILL)
     if word == "exit":
@@ -66,5 +66,9 @@ def act(source, word="", argument=""):
         raise MemoryError
     if word == "slow":
         time.sleep(float(argument))
+    if word == "until":
+        Path(begun).write_text("yes")
+        while not Path(argument).exists():
+            time.sleep(0.01)
     if word == "prints":
         os.write(1, b"noise")
