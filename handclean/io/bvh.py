@@ -32,6 +32,9 @@ from handclean.tree import MIRROR, JointTree
 _ORDER = "zxy"
 """Euler order in which we write."""
 
+WORLD = "world"
+"""Joint on which several motions hang."""
+
 _EXACT_DIGITS = 10
 """A frame time of more digits is taken for exact, not for a whole rate rounded."""
 
@@ -180,7 +183,7 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
     blocks: list[Floats] = []
     notes: list[str] = []
     if several:
-        hierarchy += ["ROOT world", "{", *_joint_lines(np.zeros(3), True, 1)]
+        hierarchy += [f"ROOT {WORLD}", "{", *_joint_lines(np.zeros(3), True, 1)]
         blocks.append(np.zeros((recording.frames, 6)))
     for name, motion in motions.items():
         if name not in recording.skeletons:

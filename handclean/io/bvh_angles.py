@@ -24,8 +24,8 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.errors import FileError, UsageError
 from handclean.hand.template import bone_frame, template
-from handclean.io.bvh import BvhMotion, read_bvh
-from handclean.io.bvh_own import OwnHand, heads_of, own_hands
+from handclean.io.bvh import WORLD, BvhMotion, read_bvh
+from handclean.io.bvh_own import OwnMotion, heads_of, own_hands, own_objects
 from handclean.io.hinge_fit import BoneFit, fit_hinges
 from handclean.io.joint_map import JointMap, check_bones, shipped
 from handclean.io.reading import AGREE, METRES, Reading, settle_rate, settle_unit
@@ -130,24 +130,27 @@ def read_bvh_angles(
 
 
 def _own_reading(
-    bvh: BvhMotion, joint_map: JointMap, hands: list[OwnHand], rate: float
+    bvh: BvhMotion, joint_map: JointMap, hands: list[OwnMotion], rate: float
 ) -> Reading:
-    """What a file of handclean's holds, each hand by its name."""
+    """What a file of handclean's holds, each hand and object by its name."""
+    things = [*hands, *own_objects(bvh, joint_map)]
     fits = {f"{hand.name} {b}": fit for hand in hands for b, fit in hand.fits.items()}
     if len(hands) == 1:
         fits = hands[0].fits
     recording = Recording(
         rate=rate,
         frames=bvh.frames,
-        skeletons={hand.name: hand.tree for hand in hands},
-        motions={hand.name: hand.motion for hand in hands},
+        skeletons={thing.name: thing.tree for thing in things},
+        motions={thing.name: thing.motion for thing in things},
         parameters={"BVH": _parameters(joint_map, fits)},
     )
-    heads = tuple(heads_of(bvh, joint_map))
-    others = [n for n in bvh.names if n != "world" and not n.startswith(heads)]
+    known = (*heads_of(bvh, joint_map), *(thing.name for thing in things))
+    others = [n for n in bvh.names if n != WORLD and not n.startswith(known)]
     traps = [*bvh.traps, *_not_held(fits)]
     if others:
-        traps.append(f"not a hand's, left out: {', '.join(others[:10])}")
+        traps.append(
+            f"neither a hand's nor an object's, left out: {', '.join(others[:10])}"
+        )
     length = f"{joint_map.unit_m:g} m"
     return Reading(recording=recording, unit=length, traps=tuple(traps))
 

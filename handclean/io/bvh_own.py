@@ -22,7 +22,7 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.hand.template import template
-from handclean.io.bvh import BvhMotion
+from handclean.io.bvh import WORLD, BvhMotion
 from handclean.io.hinge_fit import BoneFit, fit_of, left_over, principal, twist
 from handclean.io.hinge_fit import two_hinges as nearest_two
 from handclean.io.joint_map import JointMap
@@ -46,13 +46,13 @@ _STEPS = 30
 
 
 @dataclass(frozen=True, kw_only=True)
-class OwnHand:
-    """One hand out of a file that handclean wrote.
+class OwnMotion:
+    """One hand or object out of a file that handclean wrote.
 
     Attributes
     ----------
-    name : of the motion; the side, where the file holds one only.
-    tree : the hand, with the file's offsets and the axes found.
+    name : of the motion; the side, where the file holds one hand only.
+    tree : the hand, with the file's offsets and the axes found; or an object.
     fits : what its hinges leave of each bone's motion.
     """
 
@@ -73,7 +73,7 @@ def heads_of(bvh: BvhMotion, joint_map: JointMap) -> list[str]:
     return [h for h in heads if all(h + joint in bvh.names for joint in joints)]
 
 
-def own_hands(bvh: BvhMotion, joint_map: JointMap) -> list[OwnHand]:
+def own_hands(bvh: BvhMotion, joint_map: JointMap) -> list[OwnMotion]:
     """Return the hands of a file; none if its joints do not hang on each other as ours.
 
     Parameters
@@ -84,7 +84,56 @@ def own_hands(bvh: BvhMotion, joint_map: JointMap) -> list[OwnHand]:
     return [hand for hand in found if hand is not None]
 
 
-def _own_hand(bvh: BvhMotion, joint_map: JointMap, head: str) -> OwnHand | None:
+def own_objects(bvh: BvhMotion, joint_map: JointMap) -> list[OwnMotion]:
+    """Return the rigid objects of a file: single joints beside the hands."""
+    roots = np.flatnonzero(bvh.parents < 0)
+    if len(roots) != 1 or bvh.names[roots[0]] != WORLD:
+        return []
+    hands = tuple(heads_of(bvh, joint_map))
+    return [
+        _own_object(bvh, joint_map, int(joint))
+        for joint in np.flatnonzero(bvh.parents == roots[0])
+        if joint not in bvh.parents and not bvh.names[joint].startswith(hands)
+    ]
+
+
+def _own_object(bvh: BvhMotion, joint_map: JointMap, joint: int) -> OwnMotion:
+    tree = JointTree(
+        kind="rigid",
+        side="",
+        bones=("root",),
+        joints=("root",),
+        parents=np.array([-1]),
+        offsets=np.zeros((1, 3)),
+        hinges=(),
+        hinge_bone=np.zeros(0, dtype=np.int64),
+        axes=np.zeros((0, 3)),
+        limits=np.zeros((0, 2)),
+    )
+    name = bvh.names[joint].removesuffix("_root")
+    angles = np.zeros((bvh.frames, 0))
+    motion = _motion(bvh, joint_map, joint, (), angles)
+    return OwnMotion(name=name, tree=tree, motion=motion, fits={})
+
+
+def _motion(
+    bvh: BvhMotion,
+    joint_map: JointMap,
+    root: int,
+    hinges: tuple[str, ...],
+    angles: Floats,
+) -> Motion:
+    places, turns = bvh.forward()
+    return Motion(
+        names=hinges,
+        angles=angles,
+        translation=joint_map.unit_m * places[:, root],
+        rotation=quaternion_from_matrix(turns[:, root]),
+        trusted=np.ones(bvh.frames, dtype=bool),
+    )
+
+
+def _own_hand(bvh: BvhMotion, joint_map: JointMap, head: str) -> OwnMotion | None:
     left = template("left", forearm=True)
     if head + left.joints[-1] not in bvh.names:
         left = template("left")
@@ -109,16 +158,9 @@ def _own_hand(bvh: BvhMotion, joint_map: JointMap, head: str) -> OwnHand | None:
         axes[hinges], angles[:, hinges] = _hinged(turn, tree.axes[hinges])
         left_by = left_over(turn, angles[:, hinges], axes[hinges], np.eye(3))
         fits[tree.bones[b]] = fit_of(left_by, axes[hinges], tree.axes[hinges])
-    places, turns = bvh.forward()
-    motion = Motion(
-        names=tree.hinges,
-        angles=angles,
-        translation=joint_map.unit_m * places[:, at[0]],
-        rotation=quaternion_from_matrix(turns[:, at[0]]),
-        trusted=np.ones(bvh.frames, dtype=bool),
-    )
+    motion = _motion(bvh, joint_map, at[0], tree.hinges, angles)
     name = head.removesuffix("_") or tree.side
-    return OwnHand(name=name, tree=replace(tree, axes=axes), motion=motion, fits=fits)
+    return OwnMotion(name=name, tree=replace(tree, axes=axes), motion=motion, fits=fits)
 
 
 def _reach(offsets: Floats, tree: JointTree) -> float:

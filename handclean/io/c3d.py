@@ -192,6 +192,7 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
         "unlabelled_columns": len(columns.loose),
         "unlabelled_points": 0 if loose is None else len(loose.frame),
         "model_outputs": [columns.labels[i] for i in columns.outputs],
+        "angles": _angles(structure, columns),
         "analog": [] if analog is None else list(analog.labels),
         "analog_rate": analog.rate if analog is not None and rate > 0 else None,
         "events": [
@@ -209,6 +210,13 @@ def _residual_range(markers: Trajectories | None) -> list[float] | None:
         return None
     known = markers.residual[np.isfinite(markers.residual)]
     return [float(known.min()), float(known.max())] if known.size else None
+
+
+def _angles(structure: Structure, columns: PointColumns) -> list[str]:
+    """Labels of the model outputs that are angles."""
+    listed = set(structure.head.section.strings("POINT", "ANGLES"))
+    outputs = [columns.labels[i] for i in columns.outputs]
+    return [label for label in outputs if label in listed]
 
 
 def _seen(markers: Trajectories) -> dict[str, int]:

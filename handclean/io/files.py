@@ -17,7 +17,8 @@ from handclean.io.bvh import write_bvh
 from handclean.io.bvh_angles import read_bvh_angles
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
 from handclean.io.h5 import format_of, read_h5
-from handclean.io.mot import write_mot
+from handclean.io.keeps import lost
+from handclean.io.mot import inspect_mot, write_mot
 from handclean.io.qualisys import read_tsv
 from handclean.io.reading import Reading, finite, settle_rate, settle_unit
 from handclean.io.session import FORMAT, read_session, write_session
@@ -74,6 +75,9 @@ def _reading(
     suffix = path.suffix.lower()
     if suffix not in READERS:
         known = " ".join(READERS)
+        if suffix in WRITERS:
+            wrong = f"{suffix} files are written for other programs, not read"
+            raise FileError(path, wrong, f"readable: {known}")
         raise FileError(path, f"no format is called '{suffix}'", f"readable: {known}")
     return READERS[suffix](path, rate_hz, unit, lenient)
 
@@ -128,7 +132,8 @@ def write(
     """
     path = Path(path)
     wanted = check_suffix(path, suffix)
-    return WRITERS[wanted](path, recording) or ()
+    notes = WRITERS[wanted](path, recording) or ()
+    return (*lost(recording, wanted), *notes)
 
 
 def check_suffix(path: Path | str, suffix: str = "") -> str:
@@ -170,6 +175,8 @@ def inspect(
         return {"format": name, **dict(part.attrs), "parts": sorted(part.items)}
     if suffix == ".c3d":
         return _inspect_c3d(path, rate_hz, unit)
+    if suffix == ".mot":
+        return inspect_mot(path)
     reading, unsaid = _as_far_as_said(path, rate_hz, unit)
     about = {
         "format": suffix.removeprefix("."),

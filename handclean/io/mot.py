@@ -3,20 +3,31 @@
 Angles are in degrees, translations in metres. The root's rotation is given as three
 angles about its x, y and z axes, in this order, each axis carried along by the turns
 before (``root_rx``, ``root_ry``, ``root_rz``). If there are several motions, their
-columns begin with ``MOTION_``. Frames without angles are ``NaN``.
+columns begin with ``MOTION_``.
+
+OpenSim's documentation says that NaN "must be removed from mot files": one spoils a
+whole column, which is splined. It also says that only in ``.sto`` files, otherwise the
+same, may times be spaced unevenly; but its reader asks no more of either than that they
+rise, and its filters resample times that are uneven. So frames in which something is
+missing are left out, and the others keep their times: nothing is invented, and who
+wants even times has OpenSim fill the holes, knowing that it does.
 """
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
-from handclean.io.reading import check_unique
+from handclean.io.grid import Lines, read_numbers
+from handclean.io.reading import check_unique, finite, load_text, text
 from handclean.io.rotations import euler_from_matrix, matrix_from_quaternion
 from handclean.io.writing import motions_of, rows, write_lines
 from handclean.recording import Motion, Recording
+
+_HEADER_LINES = 100
 
 
 def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
@@ -29,11 +40,15 @@ def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
     Raises
     ------
     FileError
-        If there are no angles, or a name cannot stand in a MOT file.
+        If there are no angles, no frame is whole, or a name cannot stand in a MOT file.
     """
     names, blocks = ["time"], [recording.times[:, None]]
     motions = motions_of(path, recording)
+    notes: list[str] = []
     for name, motion in motions.items():
+        if not finite(motion.poses).any():
+            notes.append(f"motion '{name}' is left out: it is missing throughout")
+            continue
         head = "" if len(motions) == 1 else f"{name}_"
         for column, values in _columns(motion).items():
             names.append(head + column)
@@ -42,8 +57,65 @@ def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
     for name in names:
         if len(name.split()) != 1:
             raise FileError(path, f"MOT cannot hold a column called {name!r}")
-    write_lines(path, _lines(names, np.column_stack(blocks)))
-    return ()
+    table = np.column_stack(blocks)
+    whole = finite(table)
+    if len(names) == 1 or not whole.any():
+        raise FileError(path, "nothing to write: in no frame all angles are known")
+    if not whole.all():
+        count = np.count_nonzero(~whole)
+        notes.append(
+            f"{count} of {len(whole)} frames are left out: something is missing in "
+            "them, and OpenSim takes no NaN"
+        )
+    write_lines(path, _lines(names, table[whole]))
+    return tuple(notes)
+
+
+def inspect_mot(path: Path) -> dict[str, Any]:
+    """Return what is in a MOT (or STO) file, as plain JSON values.
+
+    Raises
+    ------
+    FileError
+        If it is not one.
+    """
+    lines = Lines(path, load_text(path))
+    said: dict[str, str] = {}
+    for _ in range(_HEADER_LINES):
+        line = lines.next()
+        if line is None or line.strip() == b"endheader":
+            break
+        key, _, value = text(line).partition("=")
+        said[key.strip().lower()] = value.strip()
+    else:
+        line = None
+    if line is None:
+        raise FileError(path, "is not a MOT file", "its header ends with 'endheader'")
+    names = [text(cell) for cell in lines.cells(None)]
+    traps: list[str] = []
+    table = read_numbers(lines, len(names), None, traps, lenient=True)
+    times = table[:, 0]
+    steps = np.diff(times)
+    step = float(np.median(steps)) if len(steps) else 0.0
+    if said.get("nrows", str(len(table))) != str(len(table)):
+        traps.append(f"nRows says {said['nrows']}, there are {len(table)} rows")
+    if not step > 0:
+        traps.append("its times do not rise")
+    elif np.any(steps > 1.5 * step):
+        holes = int(np.rint(steps / step - 1).clip(min=0).sum())
+        traps.append(f"{holes} frames are left out: its times are spaced unevenly")
+    if np.isnan(table).any():
+        count = np.count_nonzero(np.isnan(table).any(axis=1))
+        traps.append(f"{count} rows hold NaN, which OpenSim cannot use")
+    return {
+        "format": "mot",
+        "frames": len(table),
+        "rate": float(f"{1.0 / step:.6g}") if step > 0 else None,
+        "duration_s": float(times[-1] - times[0] + step) if step > 0 else None,
+        "columns": names,
+        "in_degrees": said.get("indegrees", "no").lower() == "yes",
+        "traps": traps,
+    }
 
 
 def _columns(motion: Motion) -> dict[str, Floats]:
@@ -78,4 +150,4 @@ def _lines(names: list[str], table: Floats) -> Iterator[str]:
     yield ""
     yield "endheader"
     yield "\t".join(names)
-    yield from rows(table, [6] + [9] * (len(names) - 1), "\t", missing="NaN")
+    yield from rows(table, [9] * len(names), "\t")

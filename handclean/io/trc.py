@@ -29,7 +29,7 @@ from handclean.io.reading import (
     zeros_are_missing,
 )
 from handclean.io.writing import Columns, columns_of, rows, write_lines
-from handclean.recording import Origin, Recording
+from handclean.recording import Recording
 
 _KEYS = (
     "DataRate",
@@ -158,10 +158,7 @@ def write_trc(path: Path, recording: Recording) -> tuple[str, ...]:
         if set(label) & {"\t", "\n", "\r"} or not label.strip():
             raise FileError(path, f"TRC cannot hold a marker called {label!r}")
     write_lines(path, _lines(recording, columns))
-    filled = np.count_nonzero(columns.origin == Origin.FILLED)
-    if not filled:
-        return columns.notes
-    return (*columns.notes, f"{filled} filled samples are not marked: TRC cannot")
+    return columns.notes
 
 
 def _lines(recording: Recording, columns: Columns) -> Iterator[str]:

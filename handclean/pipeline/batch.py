@@ -65,6 +65,7 @@ class Source:
     path : the file; or, with ``is_file`` false, the name of something built in.
     number : which one of those that are made from it, or None.
     sha256 : digest of its bytes where that has been taken, else "".
+    target : suffix of the first output, "" while that is not known.
     """
 
     path: Path
@@ -79,6 +80,7 @@ class Source:
     files: Mapping[str, Path] = field(default_factory=dict)
     seed: int = 0
     sha256: str = ""
+    target: str = ""
 
     @property
     def name(self) -> str:

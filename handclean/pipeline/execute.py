@@ -84,7 +84,11 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
             figures=made.get("figures", {}),
             warnings=tuple(made.get("warnings", ())),
         )
-    sources = tuple(replace(s, sha256=digests.get(s.path, "")) for s in task.sources)
+    target = task.outputs[0].suffix.lower()
+    sources = tuple(
+        replace(source, sha256=digests.get(source.path, ""), target=target)
+        for source in task.sources
+    )
     outcome = _outcome(work, replace(task, sources=sources), notice)
     entry = record.finished(begun, outcome)
     lost = outputs.write(task, outcome, entry)

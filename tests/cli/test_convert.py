@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -9,11 +10,12 @@ import numpy as np
 import pytest
 
 from handclean.cli.main import main
+from handclean.hand.template import template
 from handclean.io import files
 from handclean.pipeline import plan, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.steps.inspect import FIGURES
-from handclean.recording import Recording, trajectories
+from handclean.recording import Recording, motion_from_poses, trajectories
 
 
 @pytest.fixture
@@ -144,6 +146,46 @@ def test_what_a_format_cannot_hold_names_the_output(handclean, take):
     assert done.returncode == 1
     assert done.stderr.startswith("out/b.bvh: ")
     assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "holds", "loses"),
+    [
+        ("h5", "6 frames at 120 Hz, 3 markers, 1 motion", None),
+        ("trc", "6 frames at 120 Hz, 3 markers", "joint angles, where the hand is"),
+        ("csv", "6 frames at 120 Hz, 3 markers, 1 motion", "joint trees"),
+        ("c3d", "6 frames at 120 Hz, 3 markers, 1 motion", "where the hand is"),
+        ("bvh", "6 frames at 120 Hz, 1 motion", "markers"),
+        ("mot", "6 frames at 120 Hz, 1 motion", "markers, joint trees"),
+    ],
+)
+def test_convert_says_what_the_written_file_holds(
+    handclean, take, suffix, holds, loses
+):
+    recording = files.read(take("a.h5"))
+    hand = template("right")
+    poses = np.zeros((6, 7 + len(hand.hinges)))
+    poses[:, 3] = 1.0
+    moved = motion_from_poses(hand.hinges, poses)
+    recording = replace(recording, motions={"right": moved}, skeletons={"right": hand})
+    files.write("a.h5", recording)
+    done = handclean("convert", "a.h5", "-o", f"b.{suffix}")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == f"a.h5 -> b.{suffix}: {holds}\n"
+    if loses is None:
+        assert done.stderr == ""
+    else:
+        assert done.stderr.startswith(
+            f"a.h5: warning: {suffix.upper()} keeps no {loses}"
+        )
+        assert done.stderr.count("\n") == 1
+    found = handclean("inspect", f"b.{suffix}").stdout
+    if suffix == "mot":
+        assert found == "b.mot: mot, 6 frames at 120 Hz, 27 columns\n"
+    else:
+        assert ("3 markers" in found) == ("3 markers" in holds)
+        angles = "15 joints with angles" if suffix == "c3d" else "1 motion"
+        assert (angles in found) == ("1 motion" in holds)
 
 
 def test_inspect_has_one_line_or_object_per_file(handclean, take):

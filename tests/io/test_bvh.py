@@ -339,7 +339,7 @@ def test_a_written_file_is_written_again_as_it_was(rng, tmp_path):
     np.testing.assert_allclose(b.places, a.places, atol=2e-9)
 
 
-def test_two_hands_come_back_by_their_names(rng, tmp_path):
+def test_two_hands_and_an_object_come_back_by_their_names(rng, tmp_path):
     trees = {"left": template("left"), "right_2": leaning(template("right"), rng)}
     hand = trees["left"]
     cup = replace(
@@ -347,7 +347,7 @@ def test_two_hands_come_back_by_their_names(rng, tmp_path):
         kind="rigid",
         side="",
         bones=("root",),
-        joints=("handle",),
+        joints=("root",),
         parents=hand.parents[:1],
         offsets=np.zeros((1, 3)),
         hinges=(),
@@ -366,13 +366,16 @@ def test_two_hands_come_back_by_their_names(rng, tmp_path):
     write_bvh(tmp_path / "a.bvh", take)
     reading = read_bvh_angles(tmp_path / "a.bvh")
     found = reading.recording.motions
-    assert set(found) == set(trees)
+    assert set(found) == {*trees, "cup"}
+    poses["cup"] = poses["left"][:, :7]
+    assert reading.recording.skeletons["cup"].kind == "rigid"
     for name, motion in found.items():
         wanted = poses[name]
         np.testing.assert_allclose(motion.angles, wanted[:, 7:], rtol=0, atol=TEXT)
         np.testing.assert_allclose(motion.translation, wanted[:, :3], atol=1e-10)
-        assert reading.recording.skeletons[name].side == trees[name].side
-    assert reading.traps == ("not a hand's, left out: cup_handle",)
+    for name, tree in trees.items():
+        assert reading.recording.skeletons[name].side == tree.side
+    assert reading.traps == ()
 
 
 def test_turns_that_an_editor_gave_a_finger_are_reported(rng, tmp_path):

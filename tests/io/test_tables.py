@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 from scipy.spatial.transform import Rotation
 
 from handclean.errors import FileError, HandcleanError, UsageError
-from handclean.io.mot import write_mot
+from handclean.io.mot import inspect_mot, write_mot
 from handclean.io.qualisys import read_tsv
 from handclean.io.tables import read_csv, write_csv
 from handclean.recording import Motion, Origin, Points, Recording, trajectories
@@ -327,9 +328,8 @@ def test_qualisys_is_in_millimetres(tmp_path):
 
 def test_mot_has_degrees_metres_and_carried_xyz_angles(rng, tmp_path):
     motion = a_motion(rng, 5, 2)
-    motion.angles[4] = np.nan
     take = Recording(rate=50.0, frames=5, motions={"right": motion})
-    write_mot(tmp_path / "a.mot", take)
+    assert write_mot(tmp_path / "a.mot", take) == ()
     head, _, body = (tmp_path / "a.mot").read_text().partition("endheader\n")
     assert {"version=1", "nRows=5", "nColumns=9", "inDegrees=yes"} <= set(
         head.split("\n")
@@ -344,7 +344,51 @@ def test_mot_has_degrees_metres_and_carried_xyz_angles(rng, tmp_path):
     found = Rotation.from_euler("XYZ", turns, degrees=True)
     expected = Rotation.from_quat(motion.rotation, scalar_first=True)
     assert (found * expected.inv()).magnitude().max() < 1e-9
-    assert body.count("NaN") == 2
+
+
+def test_mot_leaves_frames_out_in_which_something_is_missing(rng, tmp_path):
+    motion = a_motion(rng, 9, 2)
+    motion.angles[[0, 3, 4], 1] = np.nan
+    motion.translation[5] = np.nan
+    gone = replace(a_motion(rng, 9, 1), angles=np.full((9, 1), np.nan))
+    take = Recording(rate=50.0, frames=9, motions={"right": motion, "left": gone})
+    notes = write_mot(tmp_path / "a.mot", take)
+    assert [note.split(":")[0] for note in notes] == [
+        "motion 'left' is left out",
+        "4 of 9 frames are left out",
+    ]
+    text = (tmp_path / "a.mot").read_text()
+    assert "nan" not in text.lower()
+    assert "nRows=5\n" in text
+    body = text.partition("endheader\n")[2]
+    table = np.genfromtxt(io.StringIO(body), names=True, delimiter="\t")
+    whole = [1, 2, 6, 7, 8]
+    np.testing.assert_allclose(table["time"], np.array(whole) / 50, atol=1e-9)
+    np.testing.assert_allclose(
+        table["right_hinge_1"], np.degrees(motion.angles[whole, 1]), atol=1e-8
+    )
+    about = inspect_mot(tmp_path / "a.mot")
+    assert (about["frames"], about["rate"], about["in_degrees"]) == (5, 50.0, True)
+    assert about["columns"] == list(table.dtype.names)
+    assert about["duration_s"] == pytest.approx(8 / 50)
+    assert about["traps"] == ["3 frames are left out: its times are spaced unevenly"]
+
+
+def test_mot_without_a_whole_frame_is_an_error(rng, tmp_path):
+    motion = a_motion(rng, 4, 2)
+    motion.angles[:2, 0] = motion.angles[2:, 1] = np.nan
+    take = Recording(rate=50.0, frames=4, motions={"right": motion})
+    with pytest.raises(FileError, match="in no frame all angles are known"):
+        write_mot(tmp_path / "a.mot", take)
+    assert not (tmp_path / "a.mot").exists()
+
+
+@pytest.mark.parametrize("text", ["x\n" * 200, "x\n", "a\nendheader\ntime q\nx y\n"])
+def test_what_is_no_mot_is_one_clear_line(text, tmp_path):
+    (tmp_path / "a.mot").write_text(text)
+    with pytest.raises(FileError, match=r"a\.mot") as caught:
+        inspect_mot(tmp_path / "a.mot")
+    assert "\n" not in str(caught.value)
 
 
 def test_mot_columns_of_several_motions_begin_with_their_names(rng, tmp_path):

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.io import files
 from handclean.io.trc import read_trc, write_trc
 from handclean.recording import Origin, Points, Recording, trajectories
 
@@ -207,8 +208,8 @@ def test_filled_and_rejected_samples_are_noted(tmp_path):
     origin = np.array([[Origin.MEASURED], [Origin.FILLED], [Origin.REJECTED]], np.uint8)
     markers = trajectories(positions, ("A",), origin=origin)
     take = Recording(rate=1.0, frames=3, markers=markers)
-    notes = write_trc(tmp_path / "a.trc", take)
-    assert any("1 filled" in note for note in notes)
+    notes = files.write(tmp_path / "a.trc", take)
+    assert any("TRC keeps no marks of filled" in note for note in notes)
     assert any("1 rejected" in note for note in notes)
     back = read_trc(tmp_path / "a.trc").recording.markers
     assert back.origin[:, 0].tolist() == [1, 1, 0]

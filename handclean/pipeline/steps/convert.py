@@ -1,5 +1,6 @@
 """Any format in, any format out."""
 
+from handclean.io.keeps import kept
 from handclean.pipeline import sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.outcome import Outcome
@@ -15,9 +16,9 @@ FIGURES = {
 
 
 def convert(source: Source, settings: None) -> Outcome:
-    """Read a take and hand it back as it is."""
+    """Read a take and hand it back as it is; say what of it the new format keeps."""
     recording = sessions.read(source)
-    figures = contents(recording)
+    figures = contents(kept(recording, source.target))
     return sessions.outcome(
         recording, in_words(figures), figures, sessions.traps(source, recording)
     )

@@ -38,6 +38,9 @@ FIGURES = {
     "measured": "C3D: measured samples by marker",
     "unlabelled_columns": "C3D: columns without a name",
     "model_outputs": "C3D: points that are angles, forces and the like",
+    "angles": "C3D: those of them that are angles, of joints or the like",
+    "columns": "MOT: names of its columns",
+    "in_degrees": "MOT: whether its angles are in degrees",
     "residual_m": "C3D: smallest and largest residual of measured samples [m]",
     "groups": "C3D: groups of parameters",
     "parts": "HDF5 of another kind than a session: its parts",
@@ -45,6 +48,9 @@ FIGURES = {
     "trap_count": "how many of them",
     "other": "what else the format tells",
 }
+
+
+_MORE = {"point": " without a name", "joint": " with angles"}
 
 
 def inspect(source: Source, settings: None) -> Outcome:
@@ -68,14 +74,15 @@ def in_words(figures: Mapping[str, Any]) -> str:
         ("markers", "marker"),
         ("unlabelled_points", "point"),
         ("motions", "motion"),
+        ("angles", "joint"),
+        ("columns", "column"),
         ("gaps", "gap"),
         ("open_ends", "open end"),
         ("analog", "analog channel"),
     ):
         count = _count(figures.get(name, 0))
         if count:
-            unnamed = " without a name" if what == "point" else ""
-            words.append(f"{count} {what}{'s' * (count != 1)}{unnamed}")
+            words.append(f"{count} {what}{'s' * (count != 1)}{_MORE.get(what, '')}")
     if figures.get("steps"):
         words.append("made by " + ", ".join(figures["steps"]))
     text = ", ".join(words)

@@ -1,0 +1,145 @@
+"""What each format keeps of a take, and what of a given take it cannot keep.
+
+`KEEPS` is the table that stands in README.md; a test writes a take in which every part
+is there in every format, reads it back and compares.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from handclean.recording import Motion, Origin, Recording
+
+
+class Part(NamedTuple):
+    """A part of a take.
+
+    Attributes
+    ----------
+    name : what to call it in a warning.
+    has : whether a take has it.
+    """
+
+    name: str
+    has: Callable[[Recording], bool]
+
+
+def _markers(take: Recording) -> bool:
+    return take.markers is not None and bool(take.markers.labels)
+
+
+def _points(take: Recording) -> bool:
+    return take.unlabelled is not None and bool(len(take.unlabelled.frame))
+
+
+def _marks(take: Recording) -> bool:
+    if take.markers is None:
+        return False
+    return bool(np.isin(take.markers.origin, (Origin.FILLED, Origin.SMOOTHED)).any())
+
+
+def _confidence(take: Recording) -> bool:
+    arrays: list[Any] = [motion.angles_sigma for motion in take.motions.values()]
+    if take.markers is not None:
+        arrays += [take.markers.confidence, take.markers.sigma]
+    return any(a is not None and bool(np.isfinite(a).any()) for a in arrays)
+
+
+def _residuals(take: Recording) -> bool:
+    parts = (take.markers, take.unlabelled)
+    return any(p is not None and p.residual is not None for p in parts)
+
+
+def _angles(take: Recording) -> bool:
+    return any(motion.names for motion in take.motions.values())
+
+
+def _is_placed(motion: Motion) -> bool:
+    return motion.translation is not None or motion.rotation is not None
+
+
+def _roots(take: Recording) -> bool:
+    return any(map(_is_placed, take.motions.values()))
+
+
+def _events(take: Recording) -> bool:
+    """Whether there is an event of a step; a reader's, of all frames, comes again."""
+    whole = (0, take.frames)
+    return any((event.start, event.stop) != whole for event in take.events)
+
+
+PARTS = MappingProxyType(
+    {
+        "markers": Part("markers", _markers),
+        "points": Part("points without a name", _points),
+        "marks": Part("marks of filled samples", _marks),
+        "confidence": Part("confidence and sigma", _confidence),
+        "residuals": Part("residuals and cameras", _residuals),
+        "angles": Part("joint angles", _angles),
+        "roots": Part("where the hand is", _roots),
+        "skeletons": Part("joint trees", lambda take: bool(take.skeletons)),
+        "events": Part("events", _events),
+        "analog": Part("analog channels", lambda take: take.analog is not None),
+        "source": Part(
+            "what else the source held",
+            lambda take: bool(take.source_events or take.parameters.get("c3d")),
+        ),
+        "first_frame": Part("the first frame's number", lambda t: t.first_frame != 1),
+        "up_axis": Part("the up axis", lambda take: bool(take.up_axis)),
+    }
+)
+
+KEEPS = MappingProxyType(
+    {
+        ".h5": frozenset(PARTS),
+        ".c3d": frozenset(PARTS) - {"confidence", "roots", "skeletons", "events"},
+        ".trc": frozenset({"markers", "points", "first_frame"}),
+        ".csv": frozenset(
+            {"markers", "points", "marks", "angles", "roots", "first_frame", "up_axis"}
+        ),
+        ".mot": frozenset({"angles", "roots"}),
+        ".bvh": frozenset({"angles", "roots", "skeletons"}),
+    }
+)
+
+
+def lost(recording: Recording, suffix: str) -> tuple[str, ...]:
+    """Say in one line what of a take a format cannot keep; nothing if it keeps all."""
+    kept = KEEPS.get(suffix, frozenset(PARTS))
+    gone = [p.name for key, p in PARTS.items() if key not in kept and p.has(recording)]
+    if not gone:
+        return ()
+    name = suffix.removeprefix(".").upper()
+    return (f"{name} keeps no {', '.join(gone)}; .h5 keeps everything",)
+
+
+def kept(recording: Recording, suffix: str) -> Recording:
+    """Return a take without the markers, points and motions a format cannot keep."""
+    parts = KEEPS.get(suffix, frozenset(PARTS))
+    motions = {
+        name: motion
+        for name, motion in recording.motions.items()
+        if ("angles" in parts and motion.names) or "roots" in parts
+    }
+    return replace(
+        recording,
+        markers=recording.markers if "markers" in parts else None,
+        unlabelled=recording.unlabelled if "points" in parts else None,
+        motions=motions,
+    )
+
+
+def table() -> str:
+    """Return the table as Markdown."""
+    suffixes = [suffix for suffix in KEEPS if suffix != ".h5"]
+    lines = ["| keeps | " + " | ".join(f"`{suffix}`" for suffix in suffixes) + " |"]
+    lines.append("|---" * (len(suffixes) + 1) + "|")
+    for key, part in PARTS.items():
+        marks = ["yes" if key in KEEPS[suffix] else "" for suffix in suffixes]
+        lines.append(f"| {part.name} | " + " | ".join(marks) + " |")
+    return "\n".join(
+        line.replace("|  |", "| |").replace("|  |", "| |") for line in lines
+    )

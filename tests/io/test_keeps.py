@@ -1,0 +1,119 @@
+"""What formats keep: the table is true, and what is lost is named."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from handclean.hand.template import template
+from handclean.io import files
+from handclean.io.keeps import KEEPS, PARTS, kept, lost, table
+from handclean.recording import (
+    Analog,
+    Event,
+    Origin,
+    Points,
+    Recording,
+    SourceEvent,
+    motion_from_poses,
+    trajectories,
+)
+
+
+@pytest.fixture
+def take(rng):
+    """Return a take in which every part is there."""
+    frames, tree = 20, template("right")
+    poses = np.zeros((frames, 7 + len(tree.hinges)))
+    poses[:, 3] = 1.0
+    poses[:, :3] = rng.normal(size=3)
+    poses[:, 7:] = 0.3 * np.sin(np.linspace(0, 6, frames))[:, None] + 0.3
+    origin = np.full((frames, 3), Origin.MEASURED, np.uint8)
+    origin[4:6, 0] = Origin.FILLED
+    markers = trajectories(
+        rng.normal(size=(frames, 3, 3)),
+        ("A", "B", "C"),
+        origin=origin,
+        confidence=rng.random((frames, 3)).astype(np.float32),
+        residual=np.full((frames, 3), 0.0005, np.float32),
+        cameras=np.full((frames, 3), 3, np.uint8),
+    )
+    return Recording(
+        rate=100.0,
+        frames=frames,
+        first_frame=7,
+        up_axis="+y",
+        markers=markers,
+        unlabelled=Points(
+            frame=np.array([3, 8], np.int32),
+            source=np.array([3, 3], np.int32),
+            positions=rng.normal(size=(2, 3)),
+        ),
+        skeletons={"right": tree},
+        motions={"right": motion_from_poses(tree.hinges, poses)},
+        events=(Event(start=4, stop=6, text="gap filled"),),
+        analog=Analog(
+            values=rng.normal(size=(frames, 1)), labels=("E",), units=("V",), rate=100.0
+        ),
+        source_events=(SourceEvent(time=0.05, label="grasp", context="Right"),),
+    )
+
+
+def parts_of(path):
+    """Keys of the parts that are found in a file."""
+    if path.suffix == ".mot":
+        columns = files.inspect(path)["columns"]
+        found = {"angles"} if "index_mcp_flexion" in columns else set()
+        return found | ({"roots"} if "root_tx" in columns else set())
+    back = files.read(path)
+    found = {key for key, part in PARTS.items() if part.has(back)}
+    if path.suffix == ".c3d" and len(files.inspect(path)["angles"]) == 15:
+        found.add("angles")
+    return found
+
+
+@pytest.mark.parametrize("suffix", list(KEEPS))
+def test_a_format_keeps_what_the_table_says_and_no_more(suffix, take, tmp_path):
+    assert all(part.has(take) for part in PARTS.values())
+    path = tmp_path / f"a{suffix}"
+    files.write(path, take)
+    assert parts_of(path) == KEEPS[suffix]
+
+
+def test_every_format_that_is_written_stands_in_the_table():
+    assert set(KEEPS) == set(files.WRITERS)
+
+
+@pytest.mark.parametrize("suffix", [s for s in KEEPS if s != ".h5"])
+def test_one_line_names_what_a_format_loses(suffix, take, tmp_path):
+    (line,) = files.write(tmp_path / f"a{suffix}", take)
+    assert line.startswith(f"{suffix[1:].upper()} keeps no ")
+    for key, part in PARTS.items():
+        named = line.removesuffix("; .h5 keeps everything").split(" keeps no ")[1]
+        assert (part.name in named.split(", ")) == (key not in KEEPS[suffix])
+
+
+def test_nothing_is_said_where_nothing_is_lost(take, tmp_path):
+    assert files.write(tmp_path / "a.h5", take) == ()
+    bare = Recording(rate=100.0, frames=20, motions=take.motions)
+    assert files.write(tmp_path / "a.mot", bare) == ()
+    trap = Event(start=0, stop=20, text="2 samples at (0, 0, 0) count as missing")
+    assert lost(replace(bare, events=(trap,)), ".csv") == ()
+
+
+def test_what_is_kept_of_a_take_is_what_is_counted(take):
+    assert kept(take, ".trc").motions == {}
+    assert kept(take, ".trc").markers is take.markers
+    assert kept(take, ".bvh").markers is None
+    assert kept(take, ".bvh").unlabelled is None
+    assert set(kept(take, ".mot").motions) == {"right"}
+    cup = replace(take.motions["right"], names=(), angles=np.zeros((20, 0)))
+    with_cup = replace(take, motions={**take.motions, "cup": cup})
+    assert set(kept(with_cup, ".c3d").motions) == {"right"}
+    assert set(kept(with_cup, ".csv").motions) == {"right", "cup"}
+
+
+def test_the_readme_shows_the_table():
+    readme = Path(__file__).parents[2] / "README.md"
+    assert table() in readme.read_text(encoding="utf-8")
