@@ -34,10 +34,15 @@ def handclean(folder):
 
 @pytest.fixture
 def program(folder):
-    """Start ``handclean`` that has one more command, ``tally``."""
+    """Start ``handclean`` that has one more command, ``tally``.
+
+    A test that gives up leaves no process and no open pipe behind: the warnings of
+    those would fail whichever test runs when they are collected as garbage.
+    """
+    started = []
 
     def start(*arguments, **options):
-        return subprocess.Popen(
+        process = subprocess.Popen(
             [sys.executable, str(PROGRAM), *map(str, arguments)],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -45,8 +50,15 @@ def program(folder):
             env={**os.environ, **options.pop("env", {})},
             **options,
         )
+        started.append(process)
+        return process
 
-    return start
+    yield start
+    for process in started:
+        process.kill()
+        for pipe in (process.stdout, process.stderr):
+            pipe.close()
+        process.wait()
 
 
 @pytest.fixture
