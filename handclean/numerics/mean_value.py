@@ -16,6 +16,8 @@ share.
 """
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
@@ -43,6 +45,40 @@ def mean_value_coordinates(points: Floats, vertices: Floats, faces: Ints) -> Flo
     return np.array([_of_one(x, vertices, faces) for x in points]).reshape(
         len(points), len(vertices)
     )
+
+
+def capped(faces: Ints, count: int) -> tuple[Ints, list[Ints]]:
+    """Close a part of a mesh by a fan of triangles over every hole.
+
+    Parameters
+    ----------
+    faces : (F, 3) of the part, oriented.
+    count : how many vertices there are.
+
+    Returns
+    -------
+    Faces with the fans, and the vertices around each hole; hole n's fan meets in vertex
+    ``count + n``, which belongs in their middle.
+    """
+    expect_shape("faces", faces, "F", 3)
+    ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    code, back = ends[:, 0] * count + ends[:, 1], ends[:, 1] * count + ends[:, 0]
+    open_ends = ends[~np.isin(code, back)]
+    if not len(open_ends):
+        return faces, []
+    graph = coo_matrix(
+        (np.ones(len(open_ends)), (open_ends[:, 0], open_ends[:, 1])),
+        shape=(count, count),
+    )
+    label = connected_components(graph, directed=False)[1][open_ends[:, 0]]
+    rims, fans = [], [faces]
+    for n, hole in enumerate(np.unique(label)):
+        rim = open_ends[label == hole]
+        rims.append(np.unique(rim))
+        fans.append(
+            np.column_stack([rim[:, 1], rim[:, 0], np.full(len(rim), count + n)])
+        )
+    return np.vstack(fans), rims
 
 
 def _of_one(point: Floats, vertices: Floats, faces: Ints) -> Floats:

@@ -26,8 +26,8 @@ from handclean.kernels import bundle, pose_fit
 from handclean.numerics.cloud import thinned
 from handclean.numerics.procrustes import align
 from handclean.subject.scan.cloud import Cloud, Pairs
-from handclean.subject.shape import PosePrior
-from handclean.subject.start import first_poses, postures, scaled
+from handclean.subject.shape import body_of
+from handclean.subject.start import first_poses, scaled
 from handclean.tree import JointTree
 
 SIZES = np.exp(np.linspace(np.log(0.5), np.log(1.6), 18))
@@ -36,14 +36,17 @@ SIZES = np.exp(np.linspace(np.log(0.5), np.log(1.6), 18))
 SAMPLES = 800
 """Vertices that the posture is found from."""
 
-LANDMARK_M, POINT_M = 0.003, 0.002
+LANDMARK_M, POINT_M = 0.004, 0.002
 """[m] how far the template's landmarks and skin lie from those of other hands."""
+
+INDEPENDENT = 100
+"""Closest points count as so many: their neighbours are off by about the same."""
 
 OUTLIER_M = 0.015
 """[m] a vertex so far from its counterpart loses most of its say."""
 
-WIDER_RAD = 0.35
-"""[rad] how far beyond the template's limits a joint may go."""
+WIDER_RAD, BOUND_RAD = 0.1, 0.03
+"""[rad] how far beyond the template's limits a joint may go freely, and in all."""
 
 MIRRORED = 1.5
 """By what factor the mirrored hand must fit landmarks better to be called it."""
@@ -191,11 +194,11 @@ def _step(now: Aligned, marks: Pairs, points: Pairs) -> Aligned:
     """Align and pose once, towards landmarks and points."""
     rows = np.concatenate([marks.rows, points.rows])
     places = np.vstack([marks.places, points.places])
-    share = max(len(points.rows) / len(marks.rows), 1.0)
+    each = min(INDEPENDENT / max(len(points.rows), 1), 1.0)
     weight = np.concatenate(
         [
-            np.full(len(marks.rows), min(share, 5.0) / LANDMARK_M**2),
-            np.full(len(points.rows), 1.0 / POINT_M**2),
+            np.full(len(marks.rows), 1.0 / LANDMARK_M**2),
+            np.full(len(points.rows), each / POINT_M**2),
         ]
     )
     here = now.vertices()[rows]
@@ -233,11 +236,10 @@ def riding(template: Template, pose: Floats, rows: Ints) -> Model:
 
 def _posture(model: Model, pose: Floats, places: Floats, weight: Floats) -> Floats:
     """(7 + D,) the pose that brings markers to their places."""
-    limits = model.tree.limits + np.array([-WIDER_RAD, WIDER_RAD])
-    expected = PosePrior(
-        centre=postures(model)[0], hold=0.8**-2, limits=limits, bound=0.1**-2
-    )
-    body = expected.body(model)
+    tree = model.tree
+    centre, sd = relaxed(tree)
+    limits = tree.limits + np.array([-WIDER_RAD, WIDER_RAD])
+    body = body_of(model, centre, sd**-2, limits, BOUND_RAD**-2)
     out, cost = pose[None].copy(), np.zeros(1)
     pose_fit.fit_poses(
         out,
@@ -251,6 +253,23 @@ def _posture(model: Model, pose: Floats, places: Floats, weight: Floats) -> Floa
     )
     found: Floats = out[0]
     return found
+
+
+def relaxed(tree: JointTree) -> tuple[Floats, Floats]:
+    """(D,), (D,) [rad] what posture a hand has in a scanner, and how far from it.
+
+    Outer joints are held more: a chain of short bones between two landmarks could
+    otherwise fold up where the scanned finger is shorter than the template's.
+    """
+    centre, sd = np.zeros(len(tree.hinges)), np.full(len(tree.hinges), 0.5)
+    for d, name in enumerate(tree.hinges):
+        if name.endswith("_flexion") and not name.startswith("wrist"):
+            centre[d] = np.radians(12.0)
+        if name.endswith(("_dip_flexion", "thumb_ip_flexion")):
+            sd[d] = 0.2
+        if name.endswith("_mcp_abduction"):
+            sd[d] = 0.25
+    return centre, sd
 
 
 def _leading_bones(surface: Surface, rows: Ints) -> Ints:

@@ -2,7 +2,11 @@
 
 **Joints.** Mean value coordinates of the template's joints in the template's mesh, both
 in the posture of the registration, carry them to the fitted mesh (Schroeder et al.
-2017; Floater et al. 2005). So do the tips, which end the last bones.
+2017; Floater et al. 2005). So do the tips, which end the last bones. Coordinates in the
+whole mesh would move a joint along with other fingers: each finger sees all others, and
+where two touch, coordinates are large and of both signs (with sums of the negative ones
+of -2 to -16, joints went astray by centimetres). So a joint's coordinates are those in
+the part of the mesh that its two bones move, closed at the cuts.
 
 **Zero posture.** A skeleton's bones are parallel to the template's in the zero posture:
 the flat hand, fingers straight. The hand's own orientation is that of the wrist and the
@@ -20,6 +24,7 @@ and fingers that are bent sideways by nature stay so.
 the subject in that pose has exactly the fitted skin.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +35,7 @@ from handclean.hand.model import bone_rotations, joint_positions, neutral_pose
 from handclean.hand.skinning import unposed
 from handclean.hand.surface import Surface
 from handclean.hand.template import FINGERS, bone_frame, distal_length
-from handclean.numerics.mean_value import mean_value_coordinates
+from handclean.numerics.mean_value import capped, mean_value_coordinates
 from handclean.numerics.procrustes import align
 from handclean.subject.scan.alignment import Aligned
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
@@ -68,8 +73,11 @@ def rebuilt(aligned: Aligned, vertices: Floats) -> Rebuilt:
     before = aligned.vertices()
     joints = joint_positions(tree, pose[None])[0]
     points = np.vstack([joints, _tips(tree, pose, joints)])
-    shares = mean_value_coordinates(points, before, surface.faces)
-    found = shares @ vertices
+    found = np.zeros(points.shape)
+    ends = [tree.bone(f"{finger}_distal") for finger in FINGERS]
+    for n, b in enumerate([*range(len(joints)), *ends]):
+        own = (b, int(tree.parents[b]))
+        found[n] = _carried(points[n], before, vertices, surface, own)
     own, there = aimed(tree, pose, found)
     last = [own.bone(f"{finger}_distal") for finger in FINGERS]
     reach = np.linalg.norm(found[len(joints) :] - found[last], axis=1) / INSIDE
@@ -79,6 +87,23 @@ def rebuilt(aligned: Aligned, vertices: Floats) -> Rebuilt:
         pose=there,
         tips=dict(zip(FINGERS, reach.tolist(), strict=True)),
     )
+
+
+def _carried(
+    point: Floats, before: Floats, after: Floats, surface: Surface, bones: Sequence[int]
+) -> Floats:
+    """(3,) [m] where a point goes with the part of the skin that some bones move."""
+    moves = np.isin(surface.bones, bones)
+    share = np.where(moves, surface.weights, 0.0).sum(axis=1)
+    part = surface.faces[(share[surface.faces] >= 0.5).all(axis=1)]
+    faces, rims = capped(part, len(before))
+    meshes = [
+        np.vstack([places, *[places[rim].mean(axis=0)[None] for rim in rims]])
+        for places in (before, after)
+    ]
+    coordinates = mean_value_coordinates(point[None], meshes[0], faces)
+    out: Floats = (coordinates @ meshes[1])[0]
+    return out
 
 
 def _tips(tree: JointTree, pose: Floats, joints: Floats) -> Floats:
