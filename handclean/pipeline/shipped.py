@@ -13,6 +13,7 @@ from handclean import __version__
 from handclean.hand.published_sets import write_sets
 from handclean.ik.prior import PosturePrior, learn
 from handclean.io.prior import write_prior
+from handclean.sculpt.sculpt import make_template
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate
 
@@ -45,7 +46,7 @@ def default_prior(settings: SimulateConfig = GRASPS) -> PosturePrior:
 
 
 def make_data(folder: Path) -> list[Path]:
-    """Write marker sets and default prior into a folder, and say which files."""
+    """Write marker sets, default prior and the template's skin, and say which files."""
     written = write_sets(folder / "marker_sets")
     path = folder / "default_prior.h5"
     entry = {
@@ -54,7 +55,7 @@ def make_data(folder: Path) -> list[Path]:
         "settings": asdict(GRASPS),
     }
     write_prior(path, default_prior(), (entry,))
-    return [*written, path]
+    return [*written, path, *make_template(folder)]
 
 
 if __name__ == "__main__":
