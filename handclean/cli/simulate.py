@@ -1,5 +1,6 @@
 """``handclean simulate``."""
 
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def command(batch: Batch, scenario: str, settings: SimulateConfig) -> int:
     if batch.output is None:
         raise UsageError("-o: is missing; it should name a folder")
     chosen = Simulating(scenario=scenario, simulate=settings)
-    work = Work.of("simulate", batch, chosen)
+    work = replace(Work.of("simulate", batch, chosen), seed=settings.seed)
     steps = import_module(work.module)  # late, so that help is instant
     tasks = steps.tasks(chosen, Path(batch.output))
     return many.run_tasks(work, batch, manifest.shard(tasks, batch.shard), ())

@@ -30,21 +30,23 @@ def make_samples(
     readme.write_text(ABOUT, encoding="utf-8")
     written = [readme]
     for scenario, settings in sessions:
-        entry = {
-            "command": "simulate",
-            "version": __version__,
-            "scenario": scenario,
-            "settings": asdict(settings),
-        }
-        for trial in simulate(scenario, settings):
+        for number, trial in enumerate(simulate(scenario, settings), start=1):
+            entry = {
+                "command": "simulate",
+                "version": __version__,
+                "settings": {"scenario": scenario, "simulate": asdict(settings)},
+                "inputs": [{"role": "input", "built_in": scenario, "number": number}],
+                "seed": settings.seed,
+            }
             for name, recording in _parts(scenario, trial):
                 path = folder / name
                 files.write(path, replace(recording, provenance=(entry,)))
                 written.append(path)
             path = folder / f"{trial.subject.name}.subject.h5"
-            write_subject(path, trial.subject, (entry,))
-            written.append(path)
-    return list(dict.fromkeys(written))
+            if path not in written:
+                write_subject(path, trial.subject, (entry,))
+                written.append(path)
+    return written
 
 
 def _parts(scenario: str, trial: Trial) -> list[tuple[str, Recording]]:

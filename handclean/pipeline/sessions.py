@@ -52,10 +52,16 @@ def outcome(
     )
 
 
-def writer(recording: Recording) -> Writer:
-    """Make what writes a take, in the format of the path it is given."""
+def writer(recording: Recording, *, silent: bool = False) -> Writer:
+    """Make what writes a take, in the format of the path it is given.
+
+    Parameters
+    ----------
+    silent : do not tell what the format cannot keep.
+    """
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
-        return files.write(path, replace(recording, provenance=provenance))
+        lost = files.write(path, replace(recording, provenance=provenance))
+        return () if silent else lost
 
     return write

@@ -1,10 +1,14 @@
 """What ships and is made by code."""
 
-from dataclasses import replace
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
+from handclean import __version__
 from handclean.hand.template import template
 from handclean.io import files
 from handclean.io.prior import read_prior
@@ -12,6 +16,8 @@ from handclean.io.subject import read_subject
 from handclean.pipeline.samples import make_samples
 from handclean.pipeline.shipped import GRASPS, default_prior
 from handclean.simulation.samples import SESSIONS
+
+SAMPLES = Path(__file__).parents[2] / "sample_sessions"
 
 
 def test_the_shipped_prior_knows_every_hinge_and_is_a_subspace():
@@ -44,6 +50,40 @@ def test_sample_sessions_are_small_and_whole(tmp_path):
             assert len(read_subject(path).model.labels) == 26
         elif path.suffix in (".c3d", ".h5"):
             assert files.read(path).frames > 400
+
+
+def test_samples_say_what_made_them(tmp_path):
+    short = (("grasp", replace(SESSIONS[1][1], trials=2, subjects=1, duration_s=4.0)),)
+    made = make_samples(tmp_path, short)
+    found = [provenance(path) for path in made if path.suffix == ".h5"]
+    assert sorted(number(entry) for entry in found) == [1, 1, 2]
+    for entry in found:
+        assert (entry["command"], entry["version"]) == ("simulate", __version__)
+        assert entry["seed"] == short[0][1].seed
+        assert entry["settings"]["scenario"] == "grasp"
+        assert entry["settings"]["simulate"] == json.loads(
+            json.dumps(asdict(short[0][1]))
+        )
+        assert entry["inputs"][0]["built_in"] == "grasp"
+
+
+def provenance(path):
+    with h5py.File(path) as file:
+        [entry] = file["provenance"].asstr()[:]
+    return json.loads(entry)
+
+
+def number(entry):
+    return entry["inputs"][0]["number"]
+
+
+def test_the_shipped_samples_are_of_this_version():
+    for path in SAMPLES.glob("*.h5"):
+        entry = provenance(path)
+        assert entry["version"] == __version__
+        assert entry["seed"] == SESSIONS[1][1].seed
+        with h5py.File(path) as file:
+            assert str(file.attrs["format"]).startswith("handclean ")
 
 
 def test_samples_are_the_same_bytes_every_time(tmp_path):

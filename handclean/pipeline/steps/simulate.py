@@ -68,7 +68,7 @@ def simulate(source: Source, settings: Simulating) -> Outcome:
     _, config = load_scenario(settings.scenario, settings.simulate)
     trial = simulate_one(settings.scenario, settings.simulate, number)
     writers = [
-        sessions.writer(take)
+        sessions.writer(take, silent=True)  # the truth has what a C3D has no place for
         for take in (trial.unlabelled, trial.labelled, trial.truth)
     ]
     if number < config.subjects:
