@@ -17,7 +17,7 @@ from handclean.numerics.cloud import (
 )
 from handclean.subject.scan.cloud import Cloud, Scan
 from handclean.subject.scan.settings import ScanConfig
-from handclean.subject.scan.skin_color import is_skin
+from handclean.subject.scan.skin_color import is_like, is_skin
 
 NEIGHBOURS = 12
 """Points around one that normals and lonely points are told from."""
@@ -31,6 +31,10 @@ at: no part of a hand is."""
 
 NEAR = 0.04
 """A part of the scan is of the hand if a landmark is so near, by the same share."""
+
+COMMON, LEAST_AT_MARKS = 0.8, 30
+"""Share of the points at landmarks whose color must be skin's by the rule for it to be
+used, and how many points must be there for that to be told."""
 
 DISAGREEING = 0.25
 """Share of normals against the template's from which on they are not believed."""
@@ -69,7 +73,7 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
         If too few points are left.
     """
     total, words = len(scan.points), []
-    known: Bools = np.isfinite(scan.points).all(axis=1)
+    known = np.asarray(np.isfinite(scan.points).all(axis=1))
     if not known.all():
         words.append(f"{(~known).sum()} points without a place (NaN) are left out")
         scan = scan.only(known)
@@ -81,7 +85,10 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
     if scan.colors is None:
         words.append("the scan has no colors: points that are not skin stay in it")
     elif settings.skin:
-        scan = scan.only(_skin(scan, marks, 0.5 * NEAR * size))
+        skin, word = _skin(scan, marks, 0.5 * NEAR * size)
+        words += [word] if word else []
+        scan = scan.only(skin)
+        _expect_enough(scan, "with --skin a scan of a hand has")
     colored = looked_at - len(scan.points)
     scan = scan.only(thinned(scan.points, settings.points))
     kept = crowded(scan.points, NEIGHBOURS, settings.lonely)
@@ -111,18 +118,18 @@ def _expect_enough(scan: Scan, what: str) -> None:
         )
 
 
-def _skin(scan: Scan, marks: Floats, near: float) -> Bools:
-    """(P,) which points are of the color of skin; most at the landmarks must be."""
+def _skin(scan: Scan, marks: Floats, near: float) -> tuple[Bools, str]:
+    """(P,) which points are of the color of skin, and a word if that is a guess."""
     assert scan.colors is not None
     skin = is_skin(scan.colors)
     at_marks = cKDTree(marks).query(scan.points)[0] < near
-    share = float(skin[at_marks].mean()) if at_marks.any() else float(skin.mean())
-    if share < 0.5:
-        raise HandcleanError(
-            f"scan: {100 * share:.0f} % of the points at the landmarks have a color "
-            "that counts as skin's in daylight; --no-skin goes without colors"
-        )
-    return skin
+    if at_marks.sum() < LEAST_AT_MARKS or skin[at_marks].mean() >= COMMON:
+        return skin, ""
+    share = 100 * float(skin[at_marks].mean())
+    return is_like(scan.colors, scan.colors[at_marks]), (
+        f"{share:.0f} % of the points at the landmarks have a color that the rule for "
+        "skin knows: colors like theirs count as skin instead"
+    )
 
 
 def oriented(

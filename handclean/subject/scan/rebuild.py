@@ -76,8 +76,8 @@ def rebuilt(aligned: Aligned, vertices: Floats) -> Rebuilt:
     found = np.zeros(points.shape)
     ends = [tree.bone(f"{finger}_distal") for finger in FINGERS]
     for n, b in enumerate([*range(len(joints)), *ends]):
-        own = (b, int(tree.parents[b]))
-        found[n] = _carried(points[n], before, vertices, surface, own)
+        bones = (b, int(tree.parents[b]))
+        found[n] = _carried(points[n], before, vertices, surface, bones)
     own, there = aimed(tree, pose, found)
     last = [own.bone(f"{finger}_distal") for finger in FINGERS]
     reach = np.linalg.norm(found[len(joints) :] - found[last], axis=1) / INSIDE
