@@ -16,6 +16,7 @@ from handclean.gaps.scene import Filler, Refused, Scene
 from handclean.gaps.settings import FillConfig
 from handclean.hand.model import Model, marker_positions
 from handclean.hand.subject import Subject
+from handclean.ik.plausible import plausible
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution, markers_of, solve_markers
@@ -152,7 +153,7 @@ def fill(
         skeletons={**recording.skeletons, name: model.tree},
         motions={
             **recording.motions,
-            name: _motion(away, posture, solution, model.tree.hinges),
+            name: _motion(away, posture, solution, subject, prior=prior is not None),
         },
         events=_events(recording, model, done.gaps, settings.method),
     )
@@ -190,18 +191,28 @@ def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
 
 
 def _motion(
-    away: Floats, posture: Posture, solution: Solution, hinges: tuple[str, ...]
+    away: Floats, posture: Posture, solution: Solution, subject: Subject, *, prior: bool
 ) -> Motion:
-    """Return the bridged motion; trusted where the root is, or is bridged."""
+    """Return the bridged motion.
+
+    It is trusted where root and hinges are decided or bridged (without a prior: where
+    the root is) and the residual is one the subject's markers may have.
+    """
     square = np.sum(away * away, axis=2)
-    count = np.isfinite(square).sum(axis=1)
+    seen = np.isfinite(square)
+    count = seen.sum(axis=1)
     mean = np.nansum(square, axis=1) / np.maximum(count, 1)
+    residual = np.where(count > 0, np.sqrt(mean), np.nan)
+    bridged = (posture.bridged | ~solution.opened).all(axis=1)
+    if not prior:
+        bridged = posture.bridged_root
+    known = (solution.trusted | bridged) & ~posture.open_root
     return motion_from_poses(
-        hinges,
+        subject.model.tree.hinges,
         posture.poses,
         angles_sigma=posture.sigma,
-        trusted=(solution.trusted & ~posture.open_root) | posture.bridged_root,
-        residual=np.where(count > 0, np.sqrt(mean), np.nan),
+        trusted=known & plausible(subject, seen, residual),
+        residual=residual,
     )
 
 

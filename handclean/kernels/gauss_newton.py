@@ -49,6 +49,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.chain import place_links
+from handclean.kernels.cholesky import factor
 from handclean.kernels.rotations import compose, exponential
 
 HELD = 1e30
@@ -704,3 +705,60 @@ def undecided(
         if k.normal[n, n] < lever_m * lever_m:
             return 2
     return 1 if found else 0
+
+
+@jit
+def known_with(
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    precision: Floats,
+    prior_m: float,
+    most: tuple[float, float],
+    square: Floats,
+) -> bool:
+    """Whether markers and a prior of the angles together decide the whole posture.
+
+    With noise ``prior_m`` on the markers, root and angles have the covariance
+    ``(J^T W J / prior_m^2 + [0 precision])^-1``. They are decided if the standard
+    deviations of the root's rotation and of every hinge are small enough.
+
+    To be called after `misfit` or `undecided`, of whose pose ``k`` holds points and
+    columns; overwrites ``k.normal``.
+
+    Parameters
+    ----------
+    precision : (D, D) [1/rad^2] of the prior, symmetric.
+    most : [rad] largest standard deviations of the root's rotation and of a hinge.
+    square : (7 + D, 6 + D) room.
+    """
+    inertia(weight, tree, k)
+    normal, size, scale = k.normal, square.shape[1], prior_m**-2.0
+    row = square[size]
+    matrix = square[:size]
+    for i in range(size):
+        for j in range(i + 1):
+            matrix[i, j] = 0.0
+            if i >= 6 and j >= 6:
+                matrix[i, j] = precision[i - 6, j - 6]
+            if j < 6:
+                matrix[i, j] += scale * normal[i, j]
+        if i >= 6:
+            j = i
+            while j >= 6:
+                matrix[i, j] += scale * normal[i, j]
+                j = 5 + tree.parent[j - 5]
+    if not factor(matrix):
+        return False
+    for d in range(3, size):
+        row[:] = 0.0
+        row[d] = 1.0
+        variance = 0.0
+        for i in range(d, size):
+            for n in range(d, i):
+                row[i] -= matrix[i, n] * row[n]
+            row[i] /= matrix[i, i]
+            variance += row[i] * row[i]
+        if variance > most[0 if d < 6 else 1] ** 2:
+            return False
+    return True

@@ -13,6 +13,7 @@ from handclean.hand.subject import template_subject
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import solve, solve_markers
+from handclean.io.prior import read_prior
 from handclean.recording import Origin, Recording, trajectories
 
 
@@ -179,3 +180,36 @@ def test_a_take_without_the_subjects_markers_is_refused(subject):
         solve(Recording(rate=100.0, frames=3, markers=take), subject)
     with pytest.raises(ShapeError):
         solve_markers(subject.model, np.zeros((3, 2, 3)))
+
+
+SIX = ("R_HAND_BACK", "THUMB_TIP", "INDEX_TIP", "MIDDLE_TIP", "RING_TIP", "LITTLE_TIP")
+
+
+def six_markers(subject):
+    """One marker on the back of the hand and five on the tips."""
+    labels = subject.model.labels
+    tips = [next(n for n in labels if tip in n) for tip in SIX[1:]]
+    back = next(n for n in labels if "HAND" in n)
+    return replace(subject, model=subject.model.selected([back, *tips]))
+
+
+def test_six_markers_and_a_prior_are_trusted_and_three_on_the_hand_are_not(rng):
+    whole = template_subject(load_marker_set("maycock26"))
+    prior = read_prior()
+    alpha = rng.normal(scale=0.7, size=(40, len(prior.deviations)))
+    alpha = alpha[:1] + np.linspace(0, 1, 40)[:, None] * (alpha[1:2] - alpha[:1])
+    poses = smooth_poses(whole.model.tree, 40, rng)
+    poses[:, 7:] = prior.mean + (alpha * prior.deviations) @ prior.components.T
+    poses[:, 7:] = np.clip(poses[:, 7:], *whole.model.tree.limits.T)
+    sparse = six_markers(whole).model
+    markers = marker_positions(sparse, poses)
+    markers += rng.normal(scale=2e-4, size=markers.shape)
+    found = solve_markers(sparse, markers, prior=prior)
+    away = np.degrees(np.abs(found.poses - poses)[:, 7:])
+    assert found.trusted.mean() > 0.9
+    assert away.mean() < 8.0
+    hand = [n for n in whole.model.labels if "HAND" in n][:3]
+    assert len(hand) == 3
+    few = whole.model.selected(hand)
+    found = solve_markers(few, marker_positions(few, poses), prior=prior)
+    assert not found.trusted.any()

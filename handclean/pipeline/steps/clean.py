@@ -46,5 +46,13 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
     )
     figures = {**parts[0], **parts[1], **parts[2]}
     return sessions.outcome(
-        filled, "; ".join(words), figures, (*warnings, *few, *hands.remarks(subject))
+        filled,
+        "; ".join(words),
+        figures,
+        (
+            *warnings,
+            *few,
+            *hands.remarks(subject),
+            *solve.doubts(filled, {name: subject}),
+        ),
     )

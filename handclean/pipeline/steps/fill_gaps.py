@@ -8,6 +8,7 @@ from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Filling
 from handclean.pipeline.outcome import Outcome
+from handclean.pipeline.steps.solve import doubts
 
 FIGURES = {
     "gaps": "gaps of the subjects' markers",
@@ -46,7 +47,12 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
         recording,
         in_words(figures),
         figures,
-        (*warnings, *misspelt, *hands.remarks(*found.values())),
+        (
+            *warnings,
+            *misspelt,
+            *hands.remarks(*found.values()),
+            *doubts(recording, found),
+        ),
     )
 
 

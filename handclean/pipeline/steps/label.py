@@ -11,6 +11,7 @@ from handclean.labels.settings import LabelConfig
 from handclean.pipeline import hands, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.outcome import Outcome
+from handclean.pipeline.steps import solve
 
 FIGURES = {
     "frames": "frames of the take",
@@ -41,7 +42,12 @@ def label(source: Source, settings: LabelConfig) -> Outcome:
         labelled,
         in_words(figures),
         figures,
-        (*warnings, *lost(subject, figures), *hands.remarks(subject)),
+        (
+            *warnings,
+            *lost(subject, figures),
+            *hands.remarks(subject),
+            *solve.doubts(labelled, {name: subject}),
+        ),
     )
 
 

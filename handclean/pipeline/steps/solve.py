@@ -1,9 +1,11 @@
 """Joint angles of labelled takes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from handclean.hand.subject import Subject
+from handclean.ik.plausible import remark
 from handclean.ik.solve import solve as solve_take
 from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
@@ -14,7 +16,7 @@ from handclean.recording import Motion, Recording
 FIGURES = {
     "frames": "frames of the take",
     "hands": "hands solved",
-    "trusted": "share of frames whose posture the markers decide, of the worse hand",
+    "trusted": "share of frames whose posture is decided and fits, of the worse hand",
     "residual_mm": "RMS distance of measured markers, all frames and hands",
     "residual_p95_mm": "95th percentile over frames of a frame's RMS distance",
 }
@@ -37,8 +39,19 @@ def solve(source: Source, settings: Solving) -> Outcome:
         recording,
         in_words(figures),
         figures,
-        (*warnings, *misspelt, *hands.remarks(*found.values())),
+        (
+            *warnings,
+            *misspelt,
+            *hands.remarks(*found.values()),
+            *doubts(recording, found),
+        ),
     )
+
+
+def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
+    """Say which solved hands hardly look like the subject they were solved with."""
+    words = (remark(recording, subject, name) for name, subject in found.items())
+    return tuple(text for text in words if text)
 
 
 def of_motions(recording: Recording, names: Iterable[str]) -> dict[str, float]:

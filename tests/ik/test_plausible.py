@@ -1,0 +1,104 @@
+"""Whether a take is the subject's: wrong sides, units and persons are noticed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.model import marker_positions
+from handclean.hand.subject import template_subject
+from handclean.ik.plausible import FAR, plausible, remark, usual_residual
+from handclean.ik.solve import solve
+from handclean.io.prior import read_prior
+from handclean.recording import Recording, trajectories
+from people import exercise, true_hand
+
+NOISE = 3e-4
+MIRROR = np.array([-1.0, 1.0, 1.0])
+
+
+def calibrated(rng, name="maycock26"):
+    """A subject known to its noise, and (T, M, 3) of its markers."""
+    markers = load_marker_set(name)
+    model = true_hand(rng, markers, markers.side, 1.0)
+    poses = exercise(rng, model.tree, 120, 50.0)
+    seen = marker_positions(model, poses) + rng.normal(
+        scale=NOISE, size=(120, len(model.labels), 3)
+    )
+    subject = replace(
+        template_subject(markers),
+        model=model,
+        marker_sigma=np.full(len(model.labels), np.sqrt(2.0) * NOISE),
+        calibrated=True,
+    )
+    return subject, seen
+
+
+def take(positions, subject):
+    markers = trajectories(positions, subject.model.labels)
+    return Recording(rate=50.0, frames=len(positions), markers=markers)
+
+
+def solved(positions, subject):
+    """Share of trusted frames, and the remark."""
+    found = solve(take(positions, subject), subject, prior=read_prior())
+    trusted = found.motions[subject.model.tree.side].trusted
+    return trusted.mean(), remark(found, subject)
+
+
+@pytest.mark.parametrize("name", ["maycock26", "schroeder17", "dfki13"])
+def test_a_subjects_own_take_is_trusted(rng, name):
+    subject, seen = calibrated(rng, name)
+    seen[rng.random(seen.shape[:2]) < 0.1] = np.nan
+    share, words = solved(seen, subject)
+    assert share > 0.99
+    assert words == ""
+
+
+@pytest.mark.parametrize("factor", [MIRROR, 1000.0, 0.1, 0.001])
+def test_the_wrong_side_or_unit_is_not_trusted_and_said(rng, factor):
+    subject, seen = calibrated(rng)
+    share, words = solved(seen * factor, subject)
+    assert share < 0.02
+    assert words.startswith("right: residual ")
+    assert "wrong side, subject or unit?" in words
+
+
+def test_another_persons_subject_is_not_trusted_and_said(rng):
+    one, seen = calibrated(rng)
+    other, _ = calibrated(rng)
+    share, words = solved(seen, replace(other, marker_sigma=one.marker_sigma))
+    assert share < 0.05
+    assert "subject" in words
+
+
+def test_a_template_is_trusted_on_any_right_hand_and_on_no_left_one(rng):
+    template = template_subject(load_marker_set("maycock26"))
+    _, seen = calibrated(rng)
+    for size in (0.9, 1.0, 1.1):
+        share, words = solved(seen * size, template)
+        assert share > 0.98
+        assert words == ""
+    share, words = solved(seen * MIRROR, template)
+    assert share < 0.3
+    assert "the template hand" in words
+
+
+def test_few_markers_should_leave_less_than_many(rng):
+    subject, _ = calibrated(rng)
+    seen = np.ones((2, 26), dtype=bool)
+    seen[1, ::2] = False
+    whole, half = usual_residual(subject.model, subject.marker_sigma, seen)
+    assert whole == pytest.approx(np.sqrt(2.0) * NOISE)
+    assert half < 0.9 * whole
+
+
+def test_the_bound_lies_at_far_times_the_usual_residual(rng):
+    subject, _ = calibrated(rng)
+    seen = np.ones((3, 26), dtype=bool)
+    usual = usual_residual(subject.model, subject.marker_sigma, seen)[0]
+    residual = np.array([0.99 * FAR * usual, 1.01 * FAR * usual, np.nan])
+    np.testing.assert_array_equal(
+        plausible(subject, seen, residual), [True, False, True]
+    )
