@@ -44,6 +44,9 @@ _COMPRESS = 4096
 _CHUNK = 2**20
 """[bytes] compressed datasets are cut into pieces of about this size."""
 
+_GROWS = 2**22
+"""[bytes] by which a file in memory grows."""
+
 _TEXT = h5py.string_dtype("utf-8")
 
 _AT_ONCE = 64
@@ -80,14 +83,27 @@ def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> N
         If it cannot be written, or holds something that no file can.
     """
     try:
-        with h5py.File(path, "w", libver=_LIBRARY, locking=False) as file:
-            _put_attrs(file, {"format": format_name, "version": version})
-            _put(file, part, str(path))
+        image = _image(format_name, version, part, str(path))
+        path.write_bytes(image)
     except OSError as error:
         raise unwritable(path, error) from None
     except ValueError as error:
         reason = (str(error).splitlines() or [""])[0]
         raise FileError(path, f"cannot be written ({reason})") from None
+
+
+def _image(format_name: str, version: int, part: Part, where: str) -> bytes:
+    """Bytes of a file.
+
+    It is built in memory: over a full disk the library would take the process down.
+    """
+    memory = {"driver": "core", "backing_store": False, "block_size": _GROWS}
+    with h5py.File(where, "w", libver=_LIBRARY, **memory) as file:
+        _put_attrs(file, {"format": format_name, "version": version})
+        _put(file, part, where)
+        file.flush()
+        image: bytes = file.id.get_file_image()
+    return image
 
 
 def _put(group: h5py.Group, part: Part, where: str) -> None:

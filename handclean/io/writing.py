@@ -125,11 +125,11 @@ def unwritable(path: Path | str, error: OSError) -> FileError:
     nobody write, is named.
     """
     folder = Path(path).parent
+    if not folder.is_dir():
+        return FileError(path, f"cannot be written: there is no folder {folder}")
     reason = os.strerror(error.errno) if error.errno else str(error)
     reason = (reason.splitlines() or ["unknown reason"])[0]
     right = ""
-    if not folder.is_dir():
-        right = f"there is no folder {folder}"
-    elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT):
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT):
         right = f"is the folder {folder} one that may be written to?"
     return FileError(path, f"cannot be written: {reason.lower()}", right)

@@ -1,6 +1,8 @@
 """The session file: what goes in comes out, the same bytes, and nothing but errors."""
 
 import contextlib
+import subprocess
+import sys
 import time
 import tracemalloc
 from dataclasses import fields, is_dataclass
@@ -17,6 +19,7 @@ from handclean.hand.template import template
 from handclean.io.h5 import format_of, read_h5, write_h5
 from handclean.io.parts import Array, Part, tree_from, tree_part
 from handclean.io.session import FORMAT, read_session, write_session
+from handclean.io.writing import unwritable
 from handclean.recording import (
     Analog,
     Event,
@@ -490,6 +493,42 @@ def test_what_is_no_session_is_one_clear_line(name, tmp_path):
     (tmp_path / "text.h5").write_text("Frame\t1")
     with pytest.raises(FileError, match=name):
         read_session(tmp_path / name)
+
+
+FULL = """
+import resource, signal, sys
+from pathlib import Path
+import numpy as np
+from handclean.errors import FileError
+from handclean.io.h5 import write_h5
+from handclean.io.parts import Array, Part
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+part = Part({}, {"a": Array(np.random.default_rng(0).random(10_000))})
+try:
+    write_h5(Path(sys.argv[1]), "handclean test", part)
+except FileError as error:
+    print(error)
+"""
+
+
+def test_a_full_disk_is_one_clear_line_and_no_crash(tmp_path):
+    line = [sys.executable, "-c", FULL, tmp_path / "a.h5"]
+    done = subprocess.run(line, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"{tmp_path / 'a.h5'}: cannot be written: file too large\n"
+
+
+def test_a_folder_that_lets_nobody_write_is_named():
+    said = "[Errno 13] Unable to open file (unable to open, time = Mon\n, errno = 13)"
+    error = unwritable("there/a.h5", PermissionError(13, said))
+    assert str(error) == "there/a.h5: cannot be written: there is no folder there"
+    error = unwritable("/a.h5", PermissionError(13, said))
+    assert str(error) == (
+        "/a.h5: cannot be written: permission denied; "
+        "is the folder / one that may be written to?"
+    )
 
 
 def test_a_session_cannot_be_written_into_nothing(tmp_path):
