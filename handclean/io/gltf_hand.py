@@ -6,7 +6,8 @@ by their angles is not asked; all comes from where they are in the bind pose:
 The hand's frame
     has its origin at the wrist and lies such that wrist and knuckles point as the
     template's do (Kabsch's rotation); the back of the hand, which the map gives, tells
-    a left hand from a right one.
+    a left hand from a right one. Of a file as handclean writes it (``exact`` in the
+    map) it is the wrist's own.
 Lengths
     are distances between joints. Knuckles stay where they are in the hand's frame.
 Axes
@@ -102,7 +103,8 @@ def hand_of(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> ImportedHand:
     ends = _ends(glb, inside, joint_map, vertices, weights)
     length = _hand_length(inside, joint_map, ends)
     if not _LENGTHS[0] <= length <= _LENGTHS[1]:
-        wrong = f"the hand is {1e3 * length:.4g} mm long"
+        size = f"{length:.4g} m" if length >= 1.0 else f"{1e3 * length:.4g} mm"
+        wrong = f"the hand is {size} long"
         low, high = (round(1e3 * limit) for limit in _LENGTHS)
         right = f"glTF is in metres; a hand has {low} to {high} mm"
         raise glb.fail(wrong, right)
@@ -139,7 +141,8 @@ def _frame(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> tuple[Floats, 
     left, _, right = np.linalg.svd(there.T @ ours)
     flip = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
     frame = np.eye(4)
-    frame[:3, :3] = left @ flip @ right
+    exact = joint_map.bones.exact
+    frame[:3, :3] = wrist[:3, :3] if exact else left @ flip @ right
     frame[:3, 3] = wrist[:3, 3]
     if frame[:3, 2] @ back < _ASKEW:
         right_is = "back should point out of the back of the hand, in its joint's frame"

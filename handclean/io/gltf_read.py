@@ -166,9 +166,10 @@ def accessor(glb: Glb, index: Any, width: int, what: str) -> NDArray[Any]:
     if "sparse" in row:
         raise glb.fail(f"its {what} are sparse", "save it without sparse accessors")
     kind, items = row.get("componentType"), row.get("type")
-    if kind not in KINDS or WIDTHS.get(str(items)) != width:
+    name = KINDS.get(kind) if isinstance(kind, int) else None
+    if name is None or WIDTHS.get(str(items)) != width:
         raise glb.fail(f"its {what} are {items!r:.20} of type {kind!r:.20}")
-    numbers = np.dtype(KINDS[kind])
+    numbers = np.dtype(name)
     view = glb.row("bufferViews", row.get("bufferView"))
     if view.get("buffer") != 0 or "uri" in glb.row("buffers", 0):
         raise glb.fail(f"its {what} are in another file", "save it as one .glb")
