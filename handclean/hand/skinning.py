@@ -18,7 +18,7 @@ from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
 from handclean.hand.model import Links, links_of
 from handclean.hand.surface import Surface, rest_joints, vertex_normals
-from handclean.kernels import skin
+from handclean.kernels import normals, skin
 from handclean.numerics.triangles import box_tree, closest
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
@@ -197,22 +197,29 @@ def around(surface: Surface, on: OnSkin) -> tuple[Surface, OnSkin]:
 
 def lifted(vertices: Floats, faces: Ints, on: OnSkin) -> Floats:
     """(M, 3) [m] where markers are on a mesh of these (V, 3) [m] vertices."""
-    rows = faces[on.face]
-    normal = np.einsum("mk,mkn->mn", on.share, vertex_normals(vertices, faces)[rows])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    foot = np.einsum("mk,mkn->mn", on.share, vertices[rows])
-    out: Floats = foot + on.lift[:, None] * normal
+    out: Floats = _lifted(vertices[None], faces, on)[0]
+    return out
+
+
+def _lifted(vertices: Floats, faces: Ints, on: OnSkin) -> Floats:
+    """(T, M, 3) [m] where markers are on a mesh of (T, V, 3) [m] vertices."""
+    out = np.zeros((len(vertices), len(on.face), 3))
+    normals.lift_frames(
+        np.ascontiguousarray(vertices),
+        np.ascontiguousarray(faces),
+        on.face,
+        np.ascontiguousarray(on.share),
+        on.lift,
+        np.zeros(vertices.shape[1:]),
+        out,
+    )
     return out
 
 
 def skin_places(surface: Surface, tree: JointTree, on: OnSkin, poses: Floats) -> Floats:
     """(T, M, 3) [m] where markers on the skin are in each of (T, 7 + D) poses."""
     part, on = around(surface, on)
-    places = posed(part, tree, poses)
-    out = np.zeros((len(poses), len(on.face), 3))
-    for t, vertices in enumerate(places):
-        out[t] = lifted(vertices, part.faces, on)
-    return out
+    return _lifted(posed(part, tree, poses), part.faces, on)
 
 
 def skin_jacobian(
@@ -223,34 +230,21 @@ def skin_jacobian(
     Columns as in `model.jacobian`: the counterpart of `model.moved`.
     """
     part, on = around(surface, on)
-    moves = vertex_jacobian(part, tree, pose)
+    faces, share = np.ascontiguousarray(part.faces), np.ascontiguousarray(on.share)
     vertices = posed(part, tree, pose[None])[0]
-    a, b, c = (vertices[part.faces[:, n]] for n in range(3))
-    da, db, dc = (moves[part.faces[:, n]] for n in range(3))
-    flat = np.cross(b - a, c - a)
-    turns = np.cross(db - da, (c - a)[:, :, None], axis=1)
-    turns += np.cross((b - a)[:, :, None], dc - da, axis=1)
-    rows = part.faces[on.face]
+    moves = vertex_jacobian(part, tree, pose)
     sums, d_sums = np.zeros(vertices.shape), np.zeros(moves.shape)
-    for n in range(3):
-        np.add.at(sums, part.faces[:, n], flat)
-        np.add.at(d_sums, part.faces[:, n], turns)
-    unit, d_unit = _unit(sums, d_sums)
-    normal = np.einsum("mk,mkn->mn", on.share, unit[rows])
-    d_normal = np.einsum("mk,mknd->mnd", on.share, d_unit[rows])
-    d_normal = _unit(normal, d_normal)[1]
-    foot = np.einsum("mk,mknd->mnd", on.share, moves[rows])
-    out: Floats = foot + on.lift[:, None, None] * d_normal
+    normals.normal_sums(vertices, faces, sums)
+    normals.normal_sums_jacobian(vertices, moves, faces, d_sums)
+    normals.unit_jacobian(sums, d_sums)
+    size = (len(on.face), 3, moves.shape[2])
+    out, turns = np.zeros(size), np.zeros(size)
+    normals.mean_over_corners(moves, faces, on.face, share, out)
+    normals.mean_over_corners(d_sums, faces, on.face, share, turns)
+    normal = np.einsum("mk,mkn->mn", share, sums[faces[on.face]])
+    normals.unit_jacobian(normal, turns)
+    out += on.lift[:, None, None] * turns
     return out
-
-
-def _unit(vectors: Floats, moves: Floats) -> tuple[Floats, Floats]:
-    """(N, 3), (N, 3, 6 + D) unit vectors and their derivative, from those of others."""
-    length = np.linalg.norm(vectors, axis=1)
-    size = np.where(length > 0.0, length, 1.0)
-    unit = vectors / size[:, None]
-    along = np.einsum("nk,nkd->nd", unit, moves)
-    return unit, (moves - unit[:, :, None] * along[:, None, :]) / size[:, None, None]
 
 
 def project(surface: Surface, vertices: Floats, points: Floats) -> OnSkin:
@@ -267,13 +261,13 @@ def project(surface: Surface, vertices: Floats, points: Floats) -> OnSkin:
     vertices : (V, 3) [m] of the surface, in the posture the points belong to.
     """
     expect_shape("vertices", vertices, len(surface.vertices), 3)
-    normals = vertex_normals(vertices, surface.faces)
+    at_vertices = vertex_normals(vertices, surface.faces)
     tree = box_tree(vertices, surface.faces)
     feet = closest(vertices, surface.faces, points, tree)
     best = OnSkin(face=feet.face, share=feet.share, lift=feet.distance)
     least = np.full(len(points), np.inf)
     for _ in range(_ROUNDS):
-        corner_normals = normals[surface.faces[feet.face]]
+        corner_normals = at_vertices[surface.faces[feet.face]]
         normal = np.einsum("mk,mkn->mn", feet.share, corner_normals)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         lift = ((points - feet.places) * normal).sum(axis=1)

@@ -16,7 +16,7 @@ import math
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.boxes import refit
-from handclean.kernels.skin import vertex_normals
+from handclean.kernels.normals import vertex_normals
 
 _ACROSS = 1e300  # [1/m] in place of 1 / 0
 

@@ -11,8 +11,6 @@ with ``a x q + c v``, where q and c are the sums of w_k p_k and w_k over the bon
 the hinge carries.
 """
 
-import math
-
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.chain import place_links
@@ -209,34 +207,3 @@ def skin_jacobian(
                     out[v, 0, 5 + i] += ay * z - az * y + w * column[i, 3]
                     out[v, 1, 5 + i] += az * x - ax * z + w * column[i, 4]
                     out[v, 2, 5 + i] += ax * y - ay * x + w * column[i, 5]
-
-
-@jit
-def vertex_normals(vertices: Floats, faces: Ints, out: Floats) -> None:
-    """Write unit outward normals: the mean of a vertex's faces, by their area.
-
-    Parameters
-    ----------
-    vertices : (V, 3) [m]; faces : (F, 3)
-    out : (V, 3), overwritten in full; zero where a vertex has no area around it.
-    """
-    out[:] = 0.0
-    for f in range(faces.shape[0]):
-        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
-        ux = vertices[j, 0] - vertices[i, 0]
-        uy = vertices[j, 1] - vertices[i, 1]
-        uz = vertices[j, 2] - vertices[i, 2]
-        vx = vertices[k, 0] - vertices[i, 0]
-        vy = vertices[k, 1] - vertices[i, 1]
-        vz = vertices[k, 2] - vertices[i, 2]
-        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        for n in range(3):
-            v = faces[f, n]
-            out[v, 0] += x
-            out[v, 1] += y
-            out[v, 2] += z
-    for v in range(out.shape[0]):
-        x, y, z = out[v, 0], out[v, 1], out[v, 2]
-        size = math.sqrt(x * x + y * y + z * z)
-        if size > 0.0:
-            out[v, 0], out[v, 1], out[v, 2] = x / size, y / size, z / size

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -235,6 +235,7 @@ def test_markers_stand_off_the_skin_by_their_lift_along_its_normal(rng):
     np.testing.assert_allclose(np.cross(places - foot, along), 0.0, atol=1e-12)
 
 
+@settings(max_examples=15)
 @given(seed=seeds)
 def test_a_projected_point_is_lifted_back_to_where_it_was(seed):
     rng, tree, surface, pose = scene(seed, bend=0.0)
