@@ -17,6 +17,7 @@ help: ## show this
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
 
 test: check ## check, all fast tests compiled, and some again as plain Python
+	$(RUN) -m handclean warm
 	OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n 2 -m "$(FAST)"
 	OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 \
 		$(RUN) -m pytest -m "$(FAST)" $(PLAIN)

@@ -9,9 +9,19 @@ import click
 from handclean.cli import options
 from handclean.pipeline.batch import Batch
 
+jobs = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=2,
+    show_default=True,
+    metavar="N",
+    help="Processes; more than two have nothing to do.",
+)
+
 
 @click.command("warm")
-@options.batch([options.as_json])
+@options.batch([jobs, options.as_json])
 def command(batch: Batch) -> int:
     """Compile and cache the kernels, once per installation.
 
@@ -23,7 +33,7 @@ def command(batch: Batch) -> int:
         handclean warm
     """
     began = time.perf_counter()
-    figures = import_module("handclean.pipeline.warm").warm()
+    figures = import_module("handclean.pipeline.warm").warm(batch.jobs or 2)
     figures["seconds"] = round(time.perf_counter() - began, 3)
     if batch.json:
         click.echo(json.dumps({"status": "done", **figures}))

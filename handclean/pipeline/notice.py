@@ -11,6 +11,8 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from importlib import import_module
 from typing import Any, Protocol
 
+from handclean.pipeline.batch import Work
+
 Notice = Callable[[], None]
 """What is called when a kernel is about to be compiled."""
 
@@ -20,12 +22,20 @@ COMPILING = (
 )
 
 
+WARMING = "compiling kernels, which takes a minute or two ..."
+
+
 class Lock(Protocol):
     """What a lock of threads and one of processes have in common."""
 
     def acquire(self, block: bool = ..., /) -> bool:
         """Take the lock; with ``block`` false only if it is free."""
         ...
+
+
+def text_of(work: Work) -> str:
+    """What to say of a command's compiling."""
+    return WARMING if work.command == "warm" else COMPILING
 
 
 def silent() -> None:

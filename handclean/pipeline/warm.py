@@ -3,22 +3,50 @@
 numba compiles a kernel for the types it is called with, so this goes the way the
 commands go, on a short simulated take. A kernel that no part reaches would compile when
 a command first needs it; a test forbids that.
+
+Labelling takes most of the time, and goes one way: find, follow, repair, review. Two
+processes come to it from both ends.
 """
 
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from handclean.errors import HandcleanError
 from handclean.gaps.fill import fill
 from handclean.hand import model
 from handclean.hand.marker_set import load_marker_set
+from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import solve
 from handclean.io.prior import read_prior
 from handclean.kernels import cache_directory
+from handclean.labels.kit import (
+    Kit,
+    Rules,
+    Trace,
+    Way,
+    kit_of,
+    make_trace,
+    new_book,
+    new_state,
+    rules_of,
+)
 from handclean.labels.label import label
+from handclean.labels.links import path_links
+from handclean.labels.models import Sought, sought
+from handclean.labels.points import Cloud, cloud_of
+from handclean.labels.pursue import first_fit
+from handclean.labels.repair import amend
+from handclean.labels.review import Paths, paths_of, refit, review
+from handclean.labels.settings import LabelConfig
+from handclean.labels.track import follow
+from handclean.pipeline.batch import Source, Task, Work
+from handclean.pipeline.workers import in_workers
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import Trial, simulate
 from handclean.subject.calibrate import calibrate
@@ -60,12 +88,79 @@ def calibration() -> None:
     calibrate([made.labelled], markers, replace(CalibrateConfig(), frames=20))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """What labelling a take needs, set out by hand, and what it finds."""
+
+    cloud: Cloud
+    thing: Sought
+    rules: Rules
+    way: Way
+    kit: Kit
+    trace: Trace
+    paths: Paths
+
+
+def bench() -> Bench:
+    """Set out a take of which nothing is known yet."""
+    made = trial("demo", TAKE)
+    cloud = cloud_of(made.unlabelled)
+    thing = sought(made.subject, read_prior(), "")
+    rules = rules_of(LabelConfig(), SolveConfig(), made.unlabelled.rate)
+    trace = make_trace(cloud.frames, len(thing.sigma), len(thing.mean))
+    after, before = path_links(cloud, LabelConfig(), 4.0 * rules.patience)
+    return Bench(
+        cloud=cloud,
+        thing=thing,
+        rules=rules,
+        way=Way(cloud.at, cloud.start, before),
+        kit=kit_of(thing, rules, SolveConfig()),
+        trace=trace,
+        paths=paths_of(cloud, after, before, trace),
+    )
+
+
+def following() -> None:
+    """Find a hand, and follow it for a few frames."""
+    on = bench()
+    found = first_fit(on.cloud, on.thing, on.rules, LabelConfig(), SolveConfig())
+    assert found is not None
+    state = new_state(len(found.thing.sigma), len(found.thing.mean))
+    state.pose[:] = found.pose
+    book = new_book(found.thing, on.rules, (found.chosen < 0).astype(np.int64))
+    stop = min(found.frame + 3, on.cloud.frames)
+    follow(on.way, found.frame, stop, 1, state, book, on.kit, on.trace)
+
+
+def solving() -> None:
+    """Solve and fill a take whose labels are known."""
+    made = trial("demo", TAKE)
+    solve(made.labelled, made.subject, prior=read_prior())
+    fill(made.labelled, made.subject, prior=read_prior())
+
+
+def reviewing() -> None:
+    """Amend and review a take in which nothing has been followed yet."""
+    on = bench()
+    state = new_state(len(on.thing.sigma), len(on.thing.mean))
+    amend(0, on.way, state, on.kit, on.trace)
+    review(on.paths, on.way, state, on.kit, on.trace)
+    refit(on.paths, on.way, state, on.kit, on.trace)
+
+
 PARTS: Mapping[str, Callable[[], None]] = {
     "hand": hand,
-    "label, fill-gaps, solve, simulate": chain,
-    "calibrate-hand": calibration,
+    "following": following,
+    "calibration": calibration,
+    "solving": solving,
+    "reviewing": reviewing,
+    "chain": chain,
 }
-"""What is warmed, in this order."""
+"""What is warmed; the last part is whole commands, for what the others leave."""
+
+LANES = (("hand", "following"), ("calibration", "solving", "reviewing"))
+"""Parts for two processes, about as long. What both need, such as the kernels of
+inverse kinematics, the first to come to it compiles and the other loads."""
 
 
 def kernels() -> Iterator[Any]:
@@ -80,16 +175,51 @@ def kernels() -> Iterator[Any]:
                 yield thing
 
 
-def warm() -> dict[str, Any]:
-    """Do every part; return how many kernels were compiled and how many loaded."""
-    for part in PARTS.values():
-        part()
-    loaded = compiled = 0
-    for kernel in kernels():
-        loaded += sum(kernel.stats.cache_hits.values())
-        compiled += sum(kernel.stats.cache_misses.values())
+def warm(jobs: int = 1) -> dict[str, Any]:
+    """Do every part; return how many kernels were compiled and how many loaded.
+
+    Parameters
+    ----------
+    jobs : processes to begin with; two at most have something to do.
+
+    Raises
+    ------
+    HandcleanError
+        If one of these processes fails.
+    """
+    compiled = 0
+    if jobs > 1:
+        compiled += _side_by_side(min(jobs, len(LANES)))
+        PARTS["chain"]()
+    else:
+        for part in PARTS.values():
+            part()
+    hits, misses = counts()
+    compiled = min(compiled + misses, hits + misses)
     return {
         "compiled": compiled,
-        "loaded": loaded,
+        "loaded": hits + misses - compiled,
         "cache": str(cache_directory()),
     }
+
+
+def counts() -> tuple[int, int]:
+    """Count the kernels that this process loaded, and those it compiled."""
+    stats = [kernel.stats for kernel in kernels()]
+    return (
+        sum(sum(s.cache_hits.values()) for s in stats),
+        sum(sum(s.cache_misses.values()) for s in stats),
+    )
+
+
+def _side_by_side(jobs: int) -> int:
+    """Do the lanes, each in a process; return how many kernels they compiled."""
+    lanes = [Source(path=Path(" ".join(lane)), is_file=False) for lane in LANES]
+    tasks = [Task(sources=(lane,)) for lane in lanes]
+    compiled = 0
+    with closing(in_workers(Work(command="warm"), tasks, jobs, lambda: True)) as ended:
+        for _, report in ended:
+            if report.status == "failed":
+                raise HandcleanError(report.error)
+            compiled += report.figures["compiled"]
+    return compiled

@@ -19,7 +19,7 @@ from handclean.pipeline import outputs
 from handclean.pipeline.batch import Report, Task, Work
 from handclean.pipeline.execute import execute, gone
 from handclean.pipeline.interrupts import blocked, held_back
-from handclean.pipeline.notice import Notice, Once, silent
+from handclean.pipeline.notice import Notice, Once, silent, text_of
 
 
 @dataclass
@@ -39,7 +39,7 @@ def in_workers(
     waiting = deque(range(len(tasks)))
     idle: list[_Worker] = []
     busy: list[_Worker] = []
-    notice = silent if work.quiet else Once(get_context("spawn").Lock())
+    notice = silent if work.quiet else Once(get_context("spawn").Lock(), text_of(work))
     try:
         while True:
             while waiting and len(busy) < jobs and may_start():

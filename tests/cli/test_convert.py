@@ -140,6 +140,49 @@ def test_a_truncated_take_is_one_line_with_a_way_out(handclean, take):
     assert done.stderr.startswith("a.c3d: warning: ")
 
 
+WITH_A_HAND = ("-o", "out.h5", "--marker-set", "pavllo9")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ("inspect",),
+        ("convert", "-o", "out.h5"),
+        ("solve", *WITH_A_HAND),
+        ("label", *WITH_A_HAND),
+        ("fill-gaps", *WITH_A_HAND),
+        ("clean", *WITH_A_HAND),
+        ("calibrate-hand markers", *WITH_A_HAND),
+        ("learn subspace", "-o", "out.h5"),
+        ("compare", "a.trc"),
+    ],
+    ids=lambda line: line[0],
+)
+@pytest.mark.parametrize("wrong", [("--unit", "cm"), ("--rate", "121")], ids=str)
+def test_an_option_that_contradicts_a_file_is_wrong_usage(
+    folder, capfd, take, line, wrong
+):
+    take("a.trc")
+    command, *rest = line
+    assert main([*command.split(), "a.trc", *rest, *wrong]) == 2
+    out, err = capfd.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert err.startswith(f"a.trc: {' '.join(wrong)} contradicts its ")
+    assert sorted(tree(".")) == ["a.trc"]
+
+
+def test_an_option_that_contradicts_one_of_several_files_fails_that_one(
+    folder, capfd, take
+):
+    take("a.trc")
+    take("b.h5")  # in metres
+    line = ["convert", "a.trc", "b.h5", "-o", "out", "--format", "csv"]
+    assert main([*line, "--unit", "mm"]) == 1
+    assert sorted(tree("out")) == ["a.csv", "a.csv.made.json"]
+    assert capfd.readouterr().err.startswith("b.h5: --unit mm contradicts its m")
+    assert main([*line, "--unit", "cm"]) == 2
+
+
 def test_what_a_format_cannot_hold_names_the_output(handclean, take):
     take("a.h5")
     done = handclean("convert", "a.h5", "-o", "out/b.bvh")

@@ -1,5 +1,6 @@
 """The command line itself: help is instant, every mistake is one line."""
 
+import os
 import subprocess
 import sys
 from importlib import import_module
@@ -10,6 +11,7 @@ import pytest
 from handclean import __version__
 from handclean.cli import main as frame
 from handclean.errors import UsageError
+from handclean.pipeline.notice import COMPILING
 
 HEAVY = {"numpy", "scipy", "numba", "h5py", "c3d", "trimesh", "matplotlib"}
 
@@ -142,3 +144,17 @@ def test_every_command_has_its_module_and_its_step():
         assert (
             import_module(f"handclean.cli.{name}").command.name == command.split()[-1]
         )
+
+
+@pytest.mark.parametrize("jobs", [(), ("-j2", "--json")], ids=["alone", "workers"])
+def test_the_first_run_says_that_it_compiles_and_the_second_does_not(
+    handclean, tmp_path, jobs
+):
+    line = ["simulate", "free", "-o", "out", "--duration-s", "0.5", "--rate-hz", "50"]
+    line += ["--no-occlusion", "--trials", str(1 + len(jobs)), "--overwrite", *jobs]
+    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    said = [handclean(*line, env=env) for _ in range(2)]
+    assert [done.returncode for done in said] == [0, 0]
+    assert [done.stderr for done in said] == [f"{COMPILING}\n", ""]
+    assert said[0].stdout.count("\n") == 1 + len(jobs)
+    assert "compiling" not in said[0].stdout

@@ -3,16 +3,23 @@
 import pkgutil
 from importlib import import_module
 
+import pytest
+
 import handclean
+from handclean.errors import HandcleanError
+from handclean.labels.repair import amend
+from handclean.labels.review import refit, review
+from handclean.labels.track import follow
 from handclean.pipeline import warm
 
 UNUSED = {
     "handclean.kernels.rotations.quaternion_from_matrix",
     "handclean.kernels.rotations.logarithm",
-    "handclean.labels.review.refit",
 }
-"""Kernels that no command calls (they complete the maps of their module), or that only
-a take with labels in doubt reaches."""
+"""Kernels that no command calls (they complete the maps of their module)."""
+
+BY_HAND = (amend, follow, refit, review)
+"""Kernels that some part calls with what it set out itself, as labelling would."""
 
 
 def everything():
@@ -42,3 +49,19 @@ def test_warming_leaves_no_kernel_uncompiled():
         f"{k.py_func.__module__}.{k.py_func.__name__}" for k in set(known) - reached
     }
     assert left == UNUSED, "a part in handclean/pipeline/warm.py should reach them"
+    assert [len(kernel.signatures) for kernel in BY_HAND] == [1, 1, 1, 1]
+    again = warm.warm(jobs=2)
+    assert again["compiled"] == 0
+    assert again["loaded"] > 100
+
+
+def test_two_processes_do_every_part_but_the_last():
+    parts = [part for lane in warm.LANES for part in lane]
+    assert len(set(parts)) == len(parts)
+    assert [*sorted(parts), "chain"] == [*sorted(set(warm.PARTS) - {"chain"}), "chain"]
+
+
+def test_a_process_that_fails_is_one_error(monkeypatch):
+    monkeypatch.setattr(warm, "LANES", (("none",), ("such",)))
+    with pytest.raises(HandcleanError, match="internal error, please report it"):
+        warm.warm(jobs=2)
