@@ -26,6 +26,7 @@ COMMANDS = {
     "solve": "Find the joint angles of labelled takes.",
     "calibrate-hand markers": "Learn a hand and its markers from labelled "
     "range-of-motion takes.",
+    "calibrate-hand scan": "Learn a hand with its skin from a scan and landmarks.",
     "learn subspace": "Learn a posture prior from joint angles.",
     "simulate": "Make takes with known truth.",
     "compare": "Say how far a take is from a reference: labels, markers, joint angles.",

@@ -14,6 +14,7 @@ TABLES: dict[str, str] = {
     "fill-gaps": "handclean.gaps.settings:FillConfig",
     "solve": "handclean.ik.settings:SolveConfig",
     "calibrate-hand-markers": "handclean.subject.settings:CalibrateConfig",
+    "calibrate-hand-scan": "handclean.subject.scan.settings:ScanConfig",
     "learn-subspace": "handclean.pipeline.choices:LearnConfig",
     "compare": "handclean.report.settings:CompareConfig",
     "simulate": "handclean.simulation.settings:SimulateConfig",

@@ -7,6 +7,7 @@ from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
 from handclean.labels.settings import LabelConfig
 from handclean.simulation.settings import SimulateConfig
+from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig
 
 
@@ -57,6 +58,21 @@ class Calibrating:
 
     calibrate: CalibrateConfig
     name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scanning:
+    """Settings of fitting a hand to a scan, and whose hand it is."""
+
+    scan: ScanConfig
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Converting:
+    """Whose joints a skinned hand has: a shipped joint map or a file."""
+
+    joint_map: str
 
 
 @dataclass(frozen=True, kw_only=True)

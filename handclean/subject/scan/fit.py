@@ -25,7 +25,7 @@ from handclean.hand.template_surface import template_surface
 from handclean.numerics.triangles import closest
 from handclean.subject.scan.alignment import Aligned, Template, to_cloud, to_landmarks
 from handclean.subject.scan.cloud import Cloud, Pairs, Scan
-from handclean.subject.scan.landmarks import checked, expect_on
+from handclean.subject.scan.landmarks import checked, expect_alike, expect_on
 from handclean.subject.scan.nonrigid import Registered, Registration, falling
 from handclean.subject.scan.prepare import Prepared, nearby, oriented, prepared
 from handclean.subject.scan.rebuild import Rebuilt, rebuilt
@@ -158,7 +158,7 @@ def fit_scan(
     if side not in ("left", "right"):
         raise UsageError(f"--side: should be left or right for a scan, not '{side}'")
     start = start or shipped_start(side)
-    names, places, missing = checked(marks, start.landmarks, settings.landmarks)
+    names, places, missing = checked(marks, start.landmarks, settings.least_landmarks)
     progress("points of the hand")
     expect_on(names, places, scan.points[np.isfinite(scan.points).all(axis=1)])
     ready = prepared(scan, places, settings)
@@ -166,6 +166,7 @@ def fit_scan(
     rows = np.array([start.landmarks[landmark] for landmark in names], dtype=np.int64)
     model = Template(tree=start.tree, surface=start.surface, landmarks=rows)
     aligned = to_landmarks(model, places)
+    expect_alike(names, places, aligned.vertices()[rows])
     cloud, words = oriented(ready.scan, aligned.vertices(), start.surface)
     places = cloud.snapped(places)
     aligned = to_cloud(
@@ -177,7 +178,7 @@ def fit_scan(
         settings.normal_rad,
         lambda n: progress(f"posture, round {n + 1} of {settings.rounds}"),
     )
-    cloud = nearby(cloud, aligned.vertices(), settings.far_m)
+    cloud = nearby(cloud, aligned, settings.far_m)
     if len(cloud.points) < settings.points // 1000 + 100:
         raise HandcleanError(
             "scan: hardly a point lies near the aligned template; are the landmarks "

@@ -11,6 +11,9 @@ from handclean.errors import HandcleanError, UnknownNameError
 FAR = 0.1
 """A landmark farther from the scan than this share of their spread is not on it."""
 
+UNLIKE = 0.12
+"""A landmark farther from the aligned template's than this share is another place."""
+
 
 def checked(
     marked: Mapping[str, Floats], known: Collection[str], least: int
@@ -75,4 +78,27 @@ def expect_on(names: tuple[str, ...], places: Floats, points: Floats) -> None:
         raise HandcleanError(
             f"landmarks: {names[worst]} lies {1e3 * away[worst]:.3g} mm from the scan; "
             "is it in the scan's coordinates?"
+        )
+
+
+def expect_alike(names: tuple[str, ...], places: Floats, template: Floats) -> None:
+    """Expect landmarks about where the template has them.
+
+    Parameters
+    ----------
+    places, template : (N, 3) [m] on the scan, and on the template aligned with them.
+
+    Raises
+    ------
+    HandcleanError
+        If one is elsewhere, such as one of two that were exchanged.
+    """
+    away = np.linalg.norm(places - template, axis=1)
+    worst = int(np.argmax(away))
+    if away[worst] > UNLIKE * np.linalg.norm(np.ptp(places, axis=0)):
+        near = names[int(np.argmin(np.linalg.norm(template - places[worst], axis=1)))]
+        like = f"; it is nearer to {near}" if near != names[worst] else ""
+        raise HandcleanError(
+            f"landmarks: {names[worst]} lies {1e3 * away[worst]:.0f} mm from where the "
+            f"others let expect it{like}; is it named right?"
         )

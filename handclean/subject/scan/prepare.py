@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Bools, Floats
 from handclean.errors import HandcleanError
@@ -15,6 +16,7 @@ from handclean.numerics.cloud import (
     thinned,
     turned_along,
 )
+from handclean.subject.scan.alignment import Aligned
 from handclean.subject.scan.cloud import Cloud, Scan
 from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.scan.skin_color import is_like, is_skin
@@ -174,7 +176,14 @@ def oriented(
     return Cloud(points=scan.points, normals=normals), tuple(words)
 
 
-def nearby(cloud: Cloud, vertices: Floats, far_m: float) -> Cloud:
-    """Leave out points farther than ``far_m`` from all of (V, 3) [m] vertices."""
-    kept = cKDTree(vertices).query(cloud.points)[0] <= far_m
+def nearby(cloud: Cloud, aligned: Aligned, far_m: float) -> Cloud:
+    """Leave out points farther than ``far_m`` from the aligned skin, and the forearm.
+
+    The template ends behind the wrist; what lies beyond its end would pull the end.
+    """
+    surface, pose = aligned.template.surface, aligned.pose
+    kept = cKDTree(aligned.vertices()).query(cloud.points)[0] <= far_m
+    turn = Rotation.from_quat(pose[[4, 5, 6, 3]])
+    along = turn.inv().apply(cloud.points - pose[:3])[:, 1]
+    kept &= along >= surface.vertices[:, 1].min()
     return replace(cloud, points=cloud.points[kept], normals=cloud.normals[kept])

@@ -19,7 +19,7 @@ class ScanConfig:
     far_m: Annotated[
         float, "Points farther than this from the aligned template are not the hand's."
     ] = 0.02
-    landmarks: Annotated[int, "How many landmarks are needed."] = 8
+    least_landmarks: Annotated[int, "How many landmarks are needed."] = 8
     rounds: Annotated[int, "Rounds of alignment and posture with closest points."] = 12
     normal_rad: Annotated[
         float, "A point belongs to skin whose normal differs by less [rad]."
@@ -34,8 +34,10 @@ class ScanConfig:
     def __post_init__(self) -> None:
         if self.points < 1000:
             raise ValueError(f"points should be 1000 or more, not {self.points}")
-        if self.landmarks < 4:
-            raise ValueError(f"landmarks should be 4 or more, not {self.landmarks}")
+        if self.least_landmarks < 4:
+            raise ValueError(
+                f"least_landmarks should be 4 or more, not {self.least_landmarks}"
+            )
         for name in ("rounds", "steps"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} should be >= 1, not {getattr(self, name)}")

@@ -1,0 +1,67 @@
+"""Landmarks on a scan: TOML, ``name = [x, y, z]``, in the scan's own coordinates.
+
+Their unit is the scan's, unless the file says another: ``unit = "mm"``.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.errors import FileError
+from handclean.io.reading import METRES, in_metres
+
+
+def read_landmarks(path: Path, unit: str) -> dict[str, Floats]:
+    """Read landmarks.
+
+    Parameters
+    ----------
+    unit : of the scan, which holds where the file does not say another.
+
+    Returns
+    -------
+    (3,) [m] by name.
+
+    Raises
+    ------
+    FileError
+        If it is not such a file.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise FileError(path, "no such file") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        reason = str(error).splitlines()[0]
+        raise FileError(path, f"not landmarks: {reason}") from None
+    stated = content.pop("unit", unit)
+    if not isinstance(stated, str) or stated.lower() not in METRES:
+        raise FileError(path, f"the unit is {stated!r}", "it should be mm, cm or m")
+    if not content:
+        raise FileError(path, "has no landmarks", "write name = [x, y, z]")
+    return {
+        name: in_metres(_place(path, name, value), stated)
+        for name, value in content.items()
+    }
+
+
+def _place(path: Path, name: str, value: Any) -> Floats:
+    is_list = isinstance(value, list) and len(value) == 3
+    if is_list and all(type(part) in (int, float) for part in value):
+        place: Floats = np.array(value, dtype=np.float64)
+        if np.isfinite(place).all():
+            return place
+    raise FileError(path, f"{name} is {value!r}", "a landmark is three numbers")
+
+
+def write_landmarks(path: Path, landmarks: Mapping[str, Floats]) -> None:
+    """Write landmarks (3,) [m] in metres."""
+    lines = ['unit = "m"']
+    for name, place in landmarks.items():
+        x, y, z = (repr(round(float(part), 7)) for part in place)
+        lines.append(f"{name} = [{x}, {y}, {z}]")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
