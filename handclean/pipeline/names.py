@@ -126,6 +126,22 @@ def expect_set(where: object, has: Sequence[str], name: str) -> None:
     )
 
 
+def larger_set(has: Collection[str], name: str) -> tuple[str, ...]:
+    """Say that a shipped set names more of a take's markers than the one given."""
+    given = set(load_marker_set(name).labels)
+    best, labels = name, given
+    for other in shipped():
+        all_of_it = set(load_marker_set(other).labels)
+        if labels < all_of_it and all_of_it.issubset(has):
+            best, labels = other, all_of_it
+    if best == name:
+        return ()
+    return (
+        f"the take has all {len(labels)} markers of {best}, {len(labels - given)} more "
+        f"than are used: --marker-set {best} would use them",
+    )
+
+
 def _fitting(has: Collection[str], but: str) -> str:
     """Say which shipped set a take fits best, or what it has."""
     fits = []

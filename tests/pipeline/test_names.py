@@ -97,6 +97,13 @@ def test_one_misspelt_marker_of_a_set_is_named_with_what_the_take_has():
     names.expect_set("t.c3d", labels, "maycock26")
 
 
+def test_a_set_that_leaves_markers_of_a_larger_one_unused_is_told():
+    (said,) = names.larger_set(SETS["maycock26"], "schroeder6")
+    assert said.startswith("the take has all 26 markers of maycock26, 20 more ")
+    assert names.larger_set(SETS["maycock26"], "maycock26") == ()
+    assert names.larger_set(SETS["maycock26"][1:], "maycock26") == ()
+
+
 def test_a_take_that_fits_no_set_is_shown_by_some_of_its_labels():
     with pytest.raises(HandcleanError, match="it has A, B; --marker-set should name"):
         names.expect_set("t.c3d", ("A", "B"), "han19")

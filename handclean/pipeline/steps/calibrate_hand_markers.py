@@ -42,8 +42,9 @@ def calibrate_hand_markers(
         raise UsageError("--manifest: all takes should be of one marker set and side")
     (name,) = sets
     takes = [sessions.read(source) for source in sources]
-    for source, take in zip(sources, takes, strict=True):
-        names.expect_set(source.name, names.labels_of(take), name)
+    has = [names.labels_of(take) for take in takes]
+    for source, labels in zip(sources, has, strict=True):
+        names.expect_set(source.name, labels, name)
     subject, report = calibrate(
         takes,
         load_marker_set(name),
@@ -51,6 +52,8 @@ def calibrate_hand_markers(
         side=sides.pop(),
         name=settings.name,
     )
+
+    more = names.larger_set(set.intersection(*map(set, has)), name)
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> None:
         write_subject(path, subject, provenance)
@@ -67,5 +70,5 @@ def calibrate_hand_markers(
         for name in FIGURES
     }
     return Outcome(
-        line=line, figures=figures, warnings=report.warnings, writers=(write,)
+        line=line, figures=figures, warnings=(*report.warnings, *more), writers=(write,)
     )
