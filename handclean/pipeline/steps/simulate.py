@@ -1,7 +1,8 @@
 """Takes with known truth.
 
 A trial is four files: what cameras recorded, the same with its labels, the truth, and,
-with the first trial of each subject, the subject.
+with the first trial of each subject, the subject. A scan is four, too: the points, the
+landmarks somebody set on them, the pose the hand was held in, and the subject.
 """
 
 from pathlib import Path
@@ -10,12 +11,20 @@ import numpy as np
 
 from handclean.errors import HandcleanError, UsageError
 from handclean.hand.subject import Subject
+from handclean.io.landmarks import write_landmarks
+from handclean.io.meshes import Mesh, write_mesh
 from handclean.io.subject import write_subject
 from handclean.pipeline import plan, sessions
 from handclean.pipeline.batch import Source, Task
 from handclean.pipeline.choices import Simulating
 from handclean.pipeline.outcome import Entry, Outcome, Writer
-from handclean.simulation.simulate import load_scenario, simulate_one
+from handclean.recording import Recording, motion_from_poses
+from handclean.simulation.scan import Scan
+from handclean.simulation.simulate import (
+    load_scenario,
+    simulate_one,
+    simulate_scan,
+)
 
 FIGURES = {
     "trial": "name of the trial, with what is done in it",
@@ -24,6 +33,7 @@ FIGURES = {
     "points": "points that were recorded",
     "ghosts": "points that are no marker",
     "missing": "share of the markers' samples that were not recorded",
+    "landmarks": "landmarks set on a scan",
 }
 
 
@@ -36,18 +46,17 @@ def tasks(settings: Simulating, folder: Path) -> list[Task]:
         If there is no such scenario.
     """
     try:
-        _, config = load_scenario(settings.scenario, settings.simulate)
+        kind, config = load_scenario(settings.scenario, settings.simulate)
     except HandcleanError as error:
         raise UsageError(str(error)) from None
     planned = []
     for number in range(config.trials):
         subject = f"S{number % config.subjects + 1:02d}"
         name = f"{subject}_{number + 1:03d}"
-        outputs = [
-            folder / f"{name}.c3d",
-            folder / "labelled" / f"{name}.c3d",
-            folder / "truth" / f"{name}.h5",
-        ]
+        raw = (f"{name}.c3d", f"labelled/{name}.c3d")
+        if kind == "scan":
+            raw = (f"{name}.ply", f"landmarks/{name}.toml")
+        outputs = [folder / part for part in (*raw, f"truth/{name}.h5")]
         if number < config.subjects:
             outputs.append(folder / "subjects" / f"{subject}.h5")
         source = Source(
@@ -65,13 +74,16 @@ def simulate(source: Source, settings: Simulating) -> Outcome:
     """Make one trial."""
     assert source.number is not None
     number = source.number - 1
-    _, config = load_scenario(settings.scenario, settings.simulate)
+    kind, config = load_scenario(settings.scenario, settings.simulate)
+    first = number < config.subjects
+    if kind == "scan":
+        return _scan(simulate_scan(settings.scenario, config, number), number, first)
     trial = simulate_one(settings.scenario, settings.simulate, number)
     writers = [
         sessions.writer(take, silent=True)  # the truth has what a C3D has no place for
         for take in (trial.unlabelled, trial.labelled, trial.truth)
     ]
-    if number < config.subjects:
+    if first:
         writers.append(_writes(trial.subject))
     markers, points = trial.labelled.markers, trial.unlabelled.unlabelled
     assert markers is not None
@@ -90,6 +102,41 @@ def simulate(source: Source, settings: Simulating) -> Outcome:
         f"{trial.name}, {figures['frames']} frames, "
         f"{100 * missing:.1f} % of samples missing, "
         f"{figures['ghosts']} ghost points"
+    )
+    return Outcome(line=line, figures=figures, writers=tuple(writers))
+
+
+def _scan(scan: Scan, number: int, first: bool) -> Outcome:
+    tree = scan.subject.model.tree
+    motion = motion_from_poses(tree.hinges, scan.pose[None])
+    truth = Recording(
+        rate=1.0,
+        frames=1,
+        up_axis="+z",
+        motions={tree.side: motion},
+        skeletons={tree.side: tree},
+    )
+    cloud = Mesh(
+        vertices=scan.points,
+        faces=np.zeros((0, 3), dtype=np.int64),
+        normals=scan.normals,
+        colors=scan.colors,
+    )
+    writers: list[Writer] = [
+        lambda path, _: write_mesh(path, cloud),
+        lambda path, _: write_landmarks(path, scan.landmarks),
+        sessions.writer(truth),
+    ]
+    if first:
+        writers.append(_writes(scan.subject))
+    figures = {
+        "trial": f"{scan.subject.name}_{number + 1:03d}_scan",
+        "points": len(scan.points),
+        "landmarks": len(scan.landmarks),
+    }
+    line = (
+        f"{figures['trial']}, {tree.side} hand, {len(scan.points)} points, "
+        f"{len(scan.landmarks)} landmarks"
     )
     return Outcome(line=line, figures=figures, writers=tuple(writers))
 
