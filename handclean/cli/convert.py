@@ -1,19 +1,43 @@
 """``handclean convert``."""
 
+from pathlib import Path
+
 import click
 
 from handclean.cli import options
-from handclean.pipeline import many
+from handclean.pipeline import many, plan
 from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import Converting
 
 
 @click.command("convert")
-@options.batch(options.SOURCES, options.OUTPUT, options.MANY, options.TELLING)
-def command(batch: Batch) -> int:
+@click.option(
+    "--joint-map",
+    metavar="NAME|FILE",
+    help="Whose joints a skinned hand (.glb) has.  [default: the shipped that fits]",
+)
+@options.batch(
+    options.SOURCES,
+    options.OUTPUT,
+    (options.subject,),
+    options.MANY,
+    options.TELLING,
+)
+def command(batch: Batch, joint_map: str | None) -> int:
     """Convert takes from any format into any other.
+
+    A take with joint angles becomes an animation of the hand's skin (.glb), its own if
+    a --subject has one. A subject becomes a .glb or a mesh (.ply .obj .stl), a skinned
+    hand of another program (.glb) a subject, a mesh another mesh.
 
     \b
     Example:
         handclean convert take_07.c3d -o take_07.h5
+        handclean convert take_07.angles.h5 -o take_07.glb --subject S01.h5
+        handclean convert hand.glb -o hand.subject.h5 --joint-map webxr
     """
-    return many.run(Work.of("convert", batch), batch)
+    chosen = Converting(joint_map=joint_map) if joint_map else None
+    if joint_map and joint_map.endswith(".toml"):
+        batch = options.with_files(batch, joint_map=Path(joint_map))
+    suffixes = (*plan.RECORDINGS, *plan.MESHES)
+    return many.run(Work.of("convert", batch, chosen), batch, suffixes)

@@ -4,7 +4,7 @@ What a reader found odd (see `handclean.io.reading`) becomes an event over the w
 take, so that it stays with the take through every later step.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,19 @@ import numpy as np
 
 from handclean.arrays import Bools
 from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.hand.surface import Surface
 from handclean.io.bvh import write_bvh
 from handclean.io.bvh_angles import read_bvh_angles
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
+from handclean.io.gltf_write import write_glb
 from handclean.io.h5 import format_of, read_h5
 from handclean.io.keeps import lost
+from handclean.io.meshes import SUFFIXES as MESHES
 from handclean.io.mot import inspect_mot, write_mot
 from handclean.io.qualisys import read_tsv
 from handclean.io.reading import Reading, finite, settle_rate, settle_unit
 from handclean.io.session import FORMAT, read_session, write_session
+from handclean.io.shapes import inspect_glb, inspect_mesh
 from handclean.io.tables import read_csv, write_csv
 from handclean.io.trc import read_trc, write_trc
 from handclean.recording import Event, Recording, Trajectories
@@ -66,6 +70,7 @@ WRITERS: dict[str, Writer] = {
     ".csv": write_csv,
     ".mot": write_mot,
     ".bvh": write_bvh,
+    ".glb": write_glb,
 }
 
 
@@ -75,6 +80,12 @@ def _reading(
     suffix = path.suffix.lower()
     if suffix not in READERS:
         known = " ".join(READERS)
+        if suffix == ".glb":
+            right = "convert makes a subject of a skinned hand"
+            raise FileError(path, ".glb files are not read as takes", right)
+        if suffix in MESHES:
+            right = "calibrate-hand scan makes a subject of a scan"
+            raise FileError(path, "is a mesh, not a take", right)
         if suffix in WRITERS:
             wrong = f"{suffix} files are written for other programs, not read"
             raise FileError(path, wrong, f"readable: {known}")
@@ -112,12 +123,18 @@ def read(
 
 
 def write(
-    path: Path | str, recording: Recording, *, suffix: str = ""
+    path: Path | str,
+    recording: Recording,
+    *,
+    suffix: str = "",
+    surfaces: Mapping[str, Surface] | None = None,
 ) -> tuple[str, ...]:
     """Write a take to exactly this path.
 
     Parameters
     ----------
+    surfaces : skins of hands by the name of their motion, for a format that shows them
+        (``.glb``); the template's for the others.
     suffix : the format, such as ``.c3d``; default: the path's. A caller that writes to
         a temporary name and renames it says the format here.
 
@@ -132,7 +149,10 @@ def write(
     """
     path = Path(path)
     wanted = check_suffix(path, suffix)
-    notes = WRITERS[wanted](path, recording) or ()
+    if wanted == ".glb":
+        notes = write_glb(path, recording, surfaces=surfaces)
+    else:
+        notes = WRITERS[wanted](path, recording) or ()
     return (*lost(recording, wanted), *notes)
 
 
@@ -145,8 +165,6 @@ def check_suffix(path: Path | str, suffix: str = "") -> str:
         If there is no such format.
     """
     wanted = "." + (suffix or Path(path).suffix).lower().removeprefix(".")
-    if wanted == ".glb":
-        raise UsageError(f"{path}: .glb cannot be written yet; it needs the surface")
     if wanted not in WRITERS:
         known = " ".join(WRITERS)
         raise UsageError(f"{path}: no format is called '{wanted}'; writable: {known}")
@@ -177,6 +195,10 @@ def inspect(
         return _inspect_c3d(path, rate_hz, unit)
     if suffix == ".mot":
         return inspect_mot(path)
+    if suffix == ".glb":
+        return inspect_glb(path)
+    if suffix in MESHES:
+        return inspect_mesh(path, unit=unit)
     reading, unsaid = _as_far_as_said(path, rate_hz, unit)
     about = {
         "format": suffix.removeprefix("."),

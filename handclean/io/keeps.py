@@ -102,6 +102,7 @@ KEEPS = MappingProxyType(
         ),
         ".mot": frozenset({"angles", "roots"}),
         ".bvh": frozenset({"angles", "roots", "skeletons"}),
+        ".glb": frozenset({"angles", "roots", "skeletons", "up_axis"}),
     }
 )
 

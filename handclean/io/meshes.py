@@ -10,20 +10,15 @@ vertex in each of its triangles. Materials and textures are left alone: no other
 opened.
 """
 
-import re
-import warnings
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import trimesh
 
 from handclean.arrays import Bytes, Floats, Ints, expect_shape
 from handclean.errors import FileError, UsageError
 from handclean.hand.surface import face_normals, is_closed, volume
-from handclean.io.ply import Ply, as_bytes, parse_ply, ply_bytes
+from handclean.io.ply import Ply, parse_ply, ply_bytes
 from handclean.io.reading import METRES, in_metres, load, settle_unit
 
 SUFFIXES = (".ply", ".obj", ".stl")
@@ -157,9 +152,7 @@ def write_mesh(path: Path, mesh: Mesh, *, suffix: str = "") -> tuple[str, ...]:
     elif kind == ".stl":
         if not len(mesh.faces):
             raise FileError(path, "cannot be written: STL needs faces", "take .ply")
-        solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-        content = bytes(trimesh.exchange.stl.export_stl(solid))
-        content = b"handclean: unit m".ljust(_STL_HEAD) + content[_STL_HEAD:]
+        content = _stl_bytes(mesh)
         lost = ("STL has no colours",) if mesh.colors is not None else ()
     else:
         known = " ".join(SUFFIXES)
@@ -169,6 +162,18 @@ def write_mesh(path: Path, mesh: Mesh, *, suffix: str = "") -> tuple[str, ...]:
     except OSError as error:
         raise FileError(path, f"cannot be written ({error.strerror})") from None
     return lost
+
+
+def _stl_bytes(mesh: Mesh) -> bytes:
+    """STL as numbers: a head, then each triangle's normal, corners and two bytes."""
+    fields = [("normal", "<f4", (3,)), ("at", "<f4", (3, 3)), ("more", "<u2")]
+    rows = np.zeros(len(mesh.faces), dtype=fields)
+    rows["at"] = mesh.vertices[mesh.faces]
+    flat = face_normals(mesh.vertices, mesh.faces)
+    size = np.linalg.norm(flat, axis=1, keepdims=True)
+    rows["normal"] = flat / np.where(size > 0.0, size, 1.0)
+    head = b"handclean: unit m".ljust(_STL_HEAD)
+    return head + len(rows).to_bytes(4, "little") + rows.tobytes()
 
 
 def _obj_bytes(mesh: Mesh) -> bytes:
@@ -187,102 +192,10 @@ def _obj_bytes(mesh: Mesh) -> bytes:
 
 
 def _other(path: Path, content: bytes) -> Ply:
-    """Read OBJ or STL by trimesh; whatever it raises, the file is not one.
+    # imported here since it takes half a second, which no take should wait for
+    from handclean.io.obj_stl import read_by_trimesh
 
-    Its warnings count as errors: they say that numbers were left out.
-    """
-    kind = path.suffix.lower().removeprefix(".")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            found = trimesh.load(
-                BytesIO(content),
-                file_type=kind,
-                process=False,
-                maintain_order=True,
-                skip_materials=True,
-                group_material=False,
-                force="mesh" if kind == "stl" else None,
-            )
-            return _merged(found) if kind == "stl" else _plain(path, content, found)
-    except FileError:
-        raise
-    except Exception as error:
-        reason = (str(error).splitlines() or [""])[0][:80]
-        wrong = f"is not {kind.upper()} ({reason or type(error).__name__})"
-        raise FileError(path, wrong, "a cut or damaged file?") from None
-
-
-def _plain(path: Path, content: bytes, found: Any) -> Ply:
-    """Return an OBJ as read; a scene of several parts is put together."""
-    parts = list(found.geometry.values()) if hasattr(found, "geometry") else [found]
-    if not parts:
-        raise FileError(path, "has no vertices")
-    vertices: list[Floats] = []
-    faces, colors, normals = [], [], []
-    start = 0
-    for part in parts:
-        vertices.append(np.asarray(part.vertices, dtype=np.float64).reshape(-1, 3))
-        faces.append(
-            np.asarray(getattr(part, "faces", np.zeros((0, 3)))).reshape(-1, 3) + start
-        )
-        start += len(vertices[-1])
-        colors.append(_colors_of(part))
-        normals.append(_normals_of(part))
-    return Ply(
-        vertices=np.concatenate(vertices),
-        faces=np.concatenate(faces).astype(np.int64),
-        normals=_all_or_none(normals),
-        colors=_all_or_none(colors),
-        unit=_commented(content[:4096]),
-    )
-
-
-def _all_or_none(parts: list[Any]) -> Any:
-    return None if any(part is None for part in parts) else np.concatenate(parts)
-
-
-def _colors_of(part: Any) -> Bytes | None:
-    if isinstance(part, trimesh.PointCloud):
-        colors = part.colors
-    elif part.visual.kind == "vertex":
-        colors = part.visual.vertex_colors
-    else:
-        return None
-    if colors is None or len(colors) != len(part.vertices):
-        return None
-    return as_bytes(np.asarray(colors)[:, :3])
-
-
-def _normals_of(part: Any) -> Floats | None:
-    """Normals as the file had them; trimesh would compute missing ones."""
-    if "vertex_normals" not in getattr(part, "_cache", ()):
-        return None
-    normals: Floats = np.asarray(part.vertex_normals, dtype=np.float64)
-    return normals if normals.shape == part.vertices.shape else None
-
-
-def _merged(found: Any) -> Ply:
-    """Return an STL with every vertex once, in the order of their first use."""
-    corners = np.asarray(found.vertices, dtype=np.float64)
-    faces = np.asarray(found.faces, dtype=np.int64)
-    _, first, place = np.unique(corners, axis=0, return_index=True, return_inverse=True)
-    rank = np.argsort(first)
-    inverse = np.argsort(rank)
-    head = str(found.metadata.get("header", "")).encode()
-    return Ply(
-        vertices=corners[first[rank]],
-        faces=inverse[place.ravel()][faces].reshape(-1, 3),
-        normals=None,
-        colors=None,
-        unit=_commented(head),
-    )
-
-
-def _commented(head: bytes) -> str:
-    """Return the unit that a comment states, or nothing."""
-    found = re.search(rb"(?:^#|handclean:) *unit (mm|cm|m)\b", head, re.MULTILINE)
-    return found[1].decode() if found else ""
+    return read_by_trimesh(path, content)
 
 
 def _check(path: Path, raw: Ply) -> None:

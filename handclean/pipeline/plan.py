@@ -16,8 +16,11 @@ from handclean.pipeline import manifest
 from handclean.pipeline.batch import Batch, Source, Task
 from handclean.pipeline.manifest import Line
 
-RECORDINGS = (".h5", ".c3d", ".trc", ".csv", ".mot", ".bvh")
+RECORDINGS = (".h5", ".c3d", ".trc", ".csv", ".mot", ".bvh", ".glb")
 """Suffixes a take can be written with."""
+
+MESHES = (".ply", ".obj", ".stl")
+"""Suffixes a mesh can be written with."""
 
 
 def lines_of(batch: Batch) -> tuple[Line, ...]:

@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from handclean.hand.subject import Subject
+from handclean.hand.surface import Surface
 from handclean.io import files
 from handclean.pipeline import record
 from handclean.pipeline.batch import Source
@@ -41,27 +43,44 @@ def outcome(
     line: str,
     figures: Mapping[str, Any],
     warnings: tuple[str, ...] = (),
+    surfaces: Mapping[str, Surface] | None = None,
 ) -> Outcome:
-    """Hand back a take to be written."""
+    """Hand back a take to be written, its hands with skins where they have some."""
     return Outcome(
         line=line,
         figures=figures,
         warnings=warnings,
-        writers=(writer(recording),),
+        writers=(writer(recording, surfaces=surfaces),),
         history=tuple(recording.provenance),
     )
 
 
-def writer(recording: Recording, *, silent: bool = False) -> Writer:
+def surfaces(found: Mapping[str, Subject]) -> dict[str, Surface]:
+    """Return the skins of subjects that have their own."""
+    return {
+        name: subject.surface
+        for name, subject in found.items()
+        if subject.surface is not None
+    }
+
+
+def writer(
+    recording: Recording,
+    *,
+    silent: bool = False,
+    surfaces: Mapping[str, Surface] | None = None,
+) -> Writer:
     """Make what writes a take, in the format of the path it is given.
 
     Parameters
     ----------
+    surfaces : skins of its hands, for formats that show them.
     silent : do not tell what the format cannot keep.
     """
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
-        lost = files.write(path, replace(recording, provenance=provenance))
+        take = replace(recording, provenance=provenance)
+        lost = files.write(path, take, surfaces=surfaces)
         return () if silent else lost
 
     return write

@@ -66,6 +66,11 @@ def parts_of(path):
         columns = files.inspect(path)["columns"]
         found = {"angles"} if "index_mcp_flexion" in columns else set()
         return found | ({"roots"} if "root_tx" in columns else set())
+    if path.suffix == ".glb":
+        about = files.inspect(path)
+        found = {"angles", "roots"} if about["frames"] == 20 else set()
+        found |= {"skeletons"} if about["skeletons"] else set()
+        return found | ({"up_axis"} if about["up_axis"] == "+y" else set())
     back = files.read(path)
     found = {key for key, part in PARTS.items() if part.has(back)}
     if path.suffix == ".c3d" and len(files.inspect(path)["angles"]) == 15:

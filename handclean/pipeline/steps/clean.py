@@ -55,4 +55,5 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
             *hands.remarks(subject),
             *solve.doubts(filled, {name: subject}),
         ),
+        sessions.surfaces({name: subject}),
     )

@@ -1,8 +1,9 @@
 """Any format in, any format out."""
 
 from handclean.io.keeps import kept
-from handclean.pipeline import sessions
+from handclean.pipeline import hands, sessions, shapes
 from handclean.pipeline.batch import Source
+from handclean.pipeline.choices import Converting
 from handclean.pipeline.outcome import Outcome
 from handclean.recording import Recording
 
@@ -12,15 +13,35 @@ FIGURES = {
     "markers": "named markers",
     "points": "points that have no name",
     "motions": "hands or objects whose motion is known",
+    "side": "of a subject's hand",
+    "length_mm": "of a subject's hand",
+    "vertices": "of a mesh, or of a subject's own skin",
+    "faces": "triangles of it",
 }
 
 
-def convert(source: Source, settings: None) -> Outcome:
-    """Read a take and hand it back as it is; say what of it the new format keeps."""
+def convert(source: Source, settings: Converting | None) -> Outcome:
+    """Read a take and hand it back as it is; say what of it the new format keeps.
+
+    So with a mesh and a subject; a skinned hand becomes a subject.
+    """
+    if shapes.is_skinned(source):
+        return shapes.skinned(source, settings.joint_map if settings else "")
+    if shapes.is_mesh(source):
+        return shapes.mesh(source)
+    if shapes.is_subject(source):
+        return shapes.subject_file(source)
     recording = sessions.read(source)
     figures = contents(kept(recording, source.target))
+    surfaces = None
+    if source.target == ".glb" and source.subjects:
+        surfaces = sessions.surfaces(hands.subjects(source))
     return sessions.outcome(
-        recording, in_words(figures), figures, sessions.traps(source, recording)
+        recording,
+        in_words(figures),
+        figures,
+        sessions.traps(source, recording),
+        surfaces,
     )
 
 

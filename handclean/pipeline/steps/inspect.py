@@ -43,6 +43,9 @@ FIGURES = {
     "in_degrees": "MOT: whether its angles are in degrees",
     "residual_m": "C3D: smallest and largest residual of measured samples [m]",
     "groups": "C3D: groups of parameters",
+    "vertices": "of a mesh, or of a skinned hand without its seams",
+    "faces": "triangles of it",
+    "joints": "glTF: names of the joints of its skins",
     "parts": "HDF5 of another kind than a session: its parts",
     "traps": "what is odd, one line each",
     "trap_count": "how many of them",
@@ -83,12 +86,25 @@ def in_words(figures: Mapping[str, Any]) -> str:
         count = _count(figures.get(name, 0))
         if count:
             words.append(f"{count} {what}{'s' * (count != 1)}{_MORE.get(what, '')}")
+    words += _mesh(figures)
     if figures.get("steps"):
         words.append("made by " + ", ".join(figures["steps"]))
     text = ", ".join(words)
     return "; odd: ".join(
         [text, "; ".join(figures["traps"])][: 1 + bool(figures["traps"])]
     )
+
+
+def _mesh(figures: Mapping[str, Any]) -> list[str]:
+    words = []
+    for side in figures.get("skeletons", {}) if "joints" in figures else ():
+        words.append(f"a skinned {side} hand")
+    if "joints" in figures:
+        words.append(f"{len(figures['joints'])} skin joints")
+    if "vertices" in figures:
+        words.append(f"{figures['vertices']} vertices")
+        words.append(f"{figures['faces']} faces")
+    return words
 
 
 def _format(figures: Mapping[str, Any]) -> str:

@@ -45,6 +45,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
             *hands.remarks(*found.values()),
             *doubts(recording, found),
         ),
+        sessions.surfaces(found),
     )
 
 

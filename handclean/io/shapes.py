@@ -1,0 +1,168 @@
+"""What is in meshes, point clouds and skinned hands, as plain values."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.hand.surface import is_closed
+from handclean.io.gltf_hand import ImportedHand, import_hand
+from handclean.io.gltf_read import Glb, floats, nodes_of, read_glb
+from handclean.io.joint_map import SHIPPED
+from handclean.io.meshes import looks_inwards, read_mesh
+from handclean.io.skinned_map import SkinnedMap, load_skinned_map
+
+
+def read_hand(path: Path, joint_map: str = "") -> ImportedHand:
+    """Read a skinned hand.
+
+    Parameters
+    ----------
+    joint_map : name of one that ships, or a TOML file; "" for the one that ships whose
+        joints the file has.
+
+    Raises
+    ------
+    FileError, UsageError
+        If the file or the joint map is none, or they do not go together.
+    """
+    glb = read_glb(path)
+    if joint_map:
+        return import_hand(glb, load_skinned_map(joint_map))
+    names = set(nodes_of(glb).names)
+    fitting = _fitting(names)
+    if fitting is None:
+        some = ", ".join(sorted(names - {""})[:4])
+        right = "name a TOML file that says whose they are by --joint-map"
+        raise FileError(
+            path, f"no shipped joint map has its joints ({some} ...)", right
+        )
+    return import_hand(glb, fitting)
+
+
+def _fitting(names: set[str]) -> SkinnedMap | None:
+    """Return the shipped map all of whose joints are there, None if there is none."""
+    for path in sorted(SHIPPED.glob("*.toml")):
+        try:
+            found = load_skinned_map(path.stem)
+        except HandcleanError:  # one of other formats, with left-handed axes
+            continue
+        if names.issuperset(found.bones.bones.values()):
+            return found
+    return None
+
+
+def inspect_glb(path: Path) -> dict[str, Any]:
+    """Return what is in a glTF file.
+
+    Raises
+    ------
+    FileError
+        If it is not one.
+    """
+    glb = read_glb(path)
+    names = nodes_of(glb).names
+    about: dict[str, Any] = {
+        "format": "glb",
+        "unit": "m",
+        "up_axis": "+y",
+        "generator": _generator(glb),
+        "joints": _joints(glb, names),
+        "animations": len(glb.rows("animations")),
+        "skeletons": {},
+        "traps": [],
+    }
+    if len(glb.rows("skins")) != 1:
+        return about | _motion(glb)
+    try:
+        hand = read_hand(path)
+    except HandcleanError as error:
+        about["traps"] = [str(error).removeprefix(f"{path}: ")]
+    else:
+        tree, surface = hand.subject.model.tree, hand.subject.surface
+        assert surface is not None, "an imported hand has a skin"
+        about["skeletons"] = {
+            tree.side: {"kind": tree.kind, "side": tree.side, "subject": tree.subject}
+        }
+        about |= {"vertices": len(surface.vertices), "faces": len(surface.faces)}
+        about["closed"] = is_closed(surface.faces)
+    return about | _motion(glb)
+
+
+def _generator(glb: Glb) -> str:
+    asset = glb.tree.get("asset")
+    return str(asset.get("generator", ""))[:80] if isinstance(asset, dict) else ""
+
+
+def _joints(glb: Glb, names: tuple[str, ...]) -> list[str]:
+    found: list[str] = []
+    for skin in glb.rows("skins"):
+        joints = skin.get("joints")
+        for joint in joints if isinstance(joints, list) else []:
+            glb.row("nodes", joint)
+            found.append(names[joint])
+    return found
+
+
+def _motion(glb: Glb) -> dict[str, Any]:
+    """Return keys and length of the longest track of an animated file."""
+    keys, seconds = 0, 0.0
+    done: set[int] = set()
+    for animation in glb.rows("animations"):
+        samplers = animation.get("samplers")
+        for sampler in samplers if isinstance(samplers, list) else []:
+            index = sampler.get("input") if isinstance(sampler, dict) else None
+            if not isinstance(index, int) or index in done:
+                continue
+            done.add(index)
+            times = floats(glb, index, 1, "times")
+            keys = max(keys, len(times))
+            seconds = max(seconds, float(times.max()))
+    if not keys:
+        return {}
+    rate = float(f"{(keys - 1) / seconds:.6g}") if seconds > 0.0 else None
+    return {"frames": keys, "rate": rate, "duration_s": seconds}
+
+
+def inspect_mesh(path: Path, *, unit: str | None = None) -> dict[str, Any]:
+    """Return what is in a mesh or a point cloud; without a unit, as far as it goes.
+
+    Raises
+    ------
+    FileError
+        If it is neither.
+    """
+    traps: list[str] = []
+    try:
+        mesh = read_mesh(path, unit=unit)
+    except UsageError as error:
+        if unit is not None:
+            raise
+        traps.append(str(error).removeprefix(f"{path}: "))
+        mesh = read_mesh(path, unit=_plausible(path))
+    size = np.ptp(mesh.vertices, axis=0) * 1e3
+    if looks_inwards(mesh):
+        traps.append("it is inside out")
+    return {
+        "format": path.suffix.lower().removeprefix("."),
+        "unit": mesh.unit if not traps or "--unit" not in traps[0] else None,
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "closed": bool(len(mesh.faces)) and is_closed(mesh.faces),
+        "size_mm": size.round(2).tolist(),
+        "normals": mesh.normals is not None,
+        "colors": mesh.colors is not None,
+        "traps": traps,
+    }
+
+
+def _plausible(path: Path) -> str:
+    """Return the first unit in which a file can be read."""
+    for unit in ("mm", "cm"):
+        try:
+            read_mesh(path, unit=unit)
+        except HandcleanError:
+            continue
+        return unit
+    return "m"
