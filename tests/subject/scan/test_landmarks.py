@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from handclean.errors import HandcleanError, UnknownNameError
+from handclean.subject.scan.landmarks import checked, expect_alike, expect_on
+
+KNOWN = ("thumb_tip", "index_tip", "middle_tip", "wrist")
+
+
+@pytest.fixture
+def marks(rng):
+    return {name: rng.normal(scale=0.05, size=3) for name in KNOWN}
+
+
+def test_landmarks_come_in_the_templates_order(marks):
+    names, places, missing = checked(dict(reversed(marks.items())), KNOWN, 3)
+    assert names == KNOWN
+    np.testing.assert_array_equal(places, np.array(list(marks.values())))
+    assert missing == ()
+
+
+def test_a_misnamed_landmark_is_told_with_the_nearest_name(marks):
+    marks["indx_tip"] = marks.pop("index_tip")
+    with pytest.raises(UnknownNameError, match="'indx_tip'; did you mean index_tip"):
+        checked(marks, KNOWN, 3)
+
+
+def test_missing_landmarks_are_listed_and_too_few_refused(marks):
+    del marks["wrist"]
+    assert checked(marks, KNOWN, 3)[2] == ("wrist",)
+    with pytest.raises(HandcleanError, match=r"3 of 4 are given, 4 or more.*wrist"):
+        checked(marks, KNOWN, 4)
+
+
+def test_landmarks_in_another_unit_are_not_on_the_scan(rng):
+    points = rng.normal(scale=0.05, size=(500, 3))
+    with pytest.raises(HandcleanError, match="coordinates and unit"):
+        expect_on(KNOWN, 1000.0 * points[:4], points)
+    with pytest.raises(HandcleanError, match="coordinates and unit"):
+        expect_on(KNOWN, 0.001 * points[:4] + 1.0, points)
+    expect_on(KNOWN, points[:4], points)
+
+
+def test_one_landmark_far_from_the_scan_is_named(rng):
+    points = rng.normal(scale=0.05, size=(500, 3))
+    places = points[:4].copy()
+    places[2] += 0.3
+    with pytest.raises(HandcleanError, match="middle_tip lies"):
+        expect_on(KNOWN, places, points)
+
+
+def test_exchanged_landmarks_are_named():
+    template = np.eye(4, 3)
+    expect_alike(KNOWN, template, template)
+    with pytest.raises(HandcleanError, match=r"thumb_tip.*nearer to index_tip"):
+        expect_alike(KNOWN, template[[1, 0, 2, 3]], template)
