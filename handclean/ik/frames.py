@@ -45,6 +45,10 @@ together, up to which a posture counts as decided."""
 BETTER = 0.98
 """What another start has to bring the RMS down to, to be believed."""
 
+JUMP_STEP, JUMP_PRICE = 0.1, 9.0
+"""[rad] motion of a joint from frame to frame, one sd, and what a jump of it costs at
+most, in squared sd of the markers' noise."""
+
 SOON, LATER = 10, 100
 """[frames] between two fresh starts: where a frame sticks out, where all are poor."""
 
@@ -131,6 +135,16 @@ def rms(weight: Floats, k: Work) -> float:
                 total += k.error[m, n] ** 2
             count += 1
     return math.sqrt(total / count)
+
+
+@jit
+def strain(one: Floats, two: Floats) -> float:
+    """What it costs joints to go from one pose to another in a frame, see `mend`."""
+    total = 0.0
+    for n in range(7, one.shape[0]):
+        step = (two[n] - one[n]) / JUMP_STEP
+        total += min(step * step, JUMP_PRICE)
+    return total
 
 
 @jit
@@ -258,10 +272,8 @@ def solve_frames(
     size, hinges = poses.shape[1], mean.shape[0]
     pose, velocity, last = np.zeros(size), np.zeros(size), np.zeros(size)
     rest, anchor, here = np.zeros(hinges), np.zeros(hinges), np.zeros(weight.shape[0])
-    is_open, square = (
-        np.ones(hinges, dtype=np.bool_),
-        np.zeros((hinges + 7, hinges + 6)),
-    )
+    is_open = np.ones(hinges, dtype=np.bool_)
+    square = np.zeros((hinges + 7, hinges + 6))
     started, level, usual, lowest = False, 2, 0.0, math.inf
     follow = False
     soon, later = 0, 0

@@ -61,9 +61,9 @@ def usual_residual(model: Model, marker_sigma: Floats, seen: Bools) -> Floats:
     sigma = np.where(unknown, TEMPLATE_FAR_M / FAR, np.fmax(marker_sigma, LEAST_M))
     count = np.maximum(seen.sum(axis=1), 1)
     square = (seen @ sigma**2) / count
-    left, whole = _left(model, seen), TEMPLATE_LEFT
+    left, whole = share_left(model, seen), TEMPLATE_LEFT
     if not unknown.all():
-        whole = float(_left(model, np.ones((1, len(model.labels)), dtype=bool))[0])
+        whole = float(share_left(model, np.ones((1, len(model.labels)), dtype=bool))[0])
     return np.asarray(np.sqrt(square * np.minimum(left / whole, 1.0)))
 
 
@@ -117,8 +117,8 @@ def _in_words(subject: Subject, residual: Floats, seen: Bools) -> str:
     return f"residual {found:.2g} mm where {whose} {1e3 * expected:.2g} mm: {what}"
 
 
-def _left(model: Model, seen: Bools) -> Floats:
-    """(T,) share of the markers' numbers that a pose does not absorb."""
+def share_left(model: Model, seen: Bools) -> Floats:
+    """(T,) share of what markers in sight (T, M) say that poses do not absorb."""
     numbers = 3.0 * np.maximum(seen.sum(axis=1), 1)
     left = 1.0 - (ROOT_DOFS + _hinges_told(model, seen)) / numbers
     return np.asarray(np.maximum(left, LEAST_FREE))

@@ -9,7 +9,8 @@ from handclean.errors import HandcleanError
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.ik.frames import solve_frames
-from handclean.ik.plausible import plausible
+from handclean.ik.mend import JUMP, mend
+from handclean.ik.plausible import plausible, share_left
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.kernels.gauss_newton import Chain, make_work
@@ -20,6 +21,9 @@ STRAY = 0.25
 """[rad] how far a hinge nobody sees is from what the subspace makes of it, one sd: with
 it 68 to 76 % of the errors of simulated sets of six markers lie within one sd, 88 to
 93 % within two (the subspace's own left-over, 0.07 rad, has 46 and 75 %)."""
+
+QUIETEST = 1e-4
+"""[m] noise of the markers per axis is not believed to be less."""
 
 UNKNOWN = 1.0
 """[rad] the same of a hinge that the prior does not know."""
@@ -130,16 +134,20 @@ def solve_markers(
     poses = np.zeros((frames, POSE_HEAD + hinges))
     residual, steps = np.full(frames, np.nan), np.zeros(frames, dtype=np.int64)
     opened, trusted = np.ones((frames, hinges), dtype=bool), np.zeros(frames, bool)
+    targets = np.ascontiguousarray(positions, dtype=np.float64)
+    weights = np.ascontiguousarray(weights, dtype=np.float64)
+    chain, work = chain_of(model), make_work(hinges, markers, basis.shape[1])
+    numbers = settings.damping, settings.enough_m, settings.prior_m
     solve_frames(
-        np.ascontiguousarray(positions, dtype=np.float64),
-        np.ascontiguousarray(weights, dtype=np.float64),
-        chain_of(model),
-        make_work(hinges, markers, basis.shape[1]),
+        targets,
+        weights,
+        chain,
+        work,
         mean,
         basis,
         precision_of(basis),
         start_postures(model, mean),
-        (settings.damping, settings.enough_m, settings.prior_m),
+        numbers,
         settings.lever_m,
         settings.restart_m,
         settings.iterations,
@@ -149,9 +157,39 @@ def solve_markers(
         trusted,
         steps,
     )
+    if np.any(np.abs(np.diff(poses[:, POSE_HEAD:], axis=0)) > JUMP):
+        mend(
+            targets,
+            weights,
+            chain,
+            work,
+            _limbs(model),
+            numbers,
+            settings.iterations,
+            _noise(model, targets, residual),
+            poses,
+            residual,
+            opened,
+        )
     return Solution(
         poses=poses, residual=residual, opened=opened, trusted=trusted, steps=steps
     )
+
+
+def _limbs(model: Model) -> Ints:
+    """(D,) number of the limb that each hinge is part of: its innermost hinge."""
+    carries = model.links.carries[1:, 1:]
+    return np.asarray(np.argmax(carries, axis=1))
+
+
+def _noise(model: Model, targets: Floats, residual: Floats) -> float:
+    """[m] noise of the markers per axis, from what is usually left of it."""
+    solved = np.isfinite(residual)
+    if not solved.any():
+        return QUIETEST
+    seen = np.asarray(np.isfinite(targets[solved]).all(axis=2))
+    square = residual[solved] ** 2 / (3.0 * share_left(model, seen))
+    return max(float(np.sqrt(np.median(square))), QUIETEST)
 
 
 def markers_of(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from people import exercise, true_hand
 
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
@@ -12,7 +13,6 @@ from handclean.ik.plausible import FAR, plausible, remark, usual_residual
 from handclean.ik.solve import solve
 from handclean.io.prior import read_prior
 from handclean.recording import Recording, trajectories
-from people import exercise, true_hand
 
 NOISE = 3e-4
 MIRROR = np.array([-1.0, 1.0, 1.0])
