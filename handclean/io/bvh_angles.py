@@ -147,6 +147,12 @@ def _own_reading(
     known = (*heads_of(bvh, joint_map), *(thing.name for thing in things))
     others = [n for n in bvh.names if n != WORLD and not n.startswith(known)]
     traps = [*bvh.traps, *_not_held(fits)]
+    unsure = [f"{hand.name} {bone}" for hand in hands for bone in hand.unsure]
+    if unsure:
+        traps.append(
+            "move too little to tell their hinge axes, so angles are about the "
+            f"template's as far as that goes: {', '.join(unsure)}"
+        )
     if others:
         traps.append(
             f"neither a hand's nor an object's, left out: {', '.join(others[:10])}"

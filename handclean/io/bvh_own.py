@@ -12,6 +12,9 @@ two hinges
     template's axes; tilts of which the motion says nothing stay 0). Then angle1 turns
     a2 to R a2 about a1, and angle2 is what is left.
 
+A bone that stands still, or whose first hinge does, may leave tilts open that its
+angles depend on; such bones are named.
+
 Where no axes near the template's explain the motion to the last digits (somebody has
 edited the file), the template's are taken, and what they cannot hold is reported.
 """
@@ -42,6 +45,9 @@ _MOVES = 1e-6
 _SAYS = 1e-8
 """Singular values below this share of the largest say nothing."""
 
+_OPEN = 2e-5
+"""Singular values below this, with texts of nine digits, leave a tilt open."""
+
 _STEPS = 30
 
 
@@ -54,12 +60,14 @@ class OwnMotion:
     name : of the motion; the side, where the file holds one hand only.
     tree : the hand, with the file's offsets and the axes found; or an object.
     fits : what its hinges leave of each bone's motion.
+    unsure : bones whose motion says too little of the axes that their angles are about.
     """
 
     name: str
     tree: JointTree
     motion: Motion
     fits: dict[str, BoneFit]
+    unsure: tuple[str, ...] = ()
 
 
 def heads_of(bvh: BvhMotion, joint_map: JointMap) -> list[str]:
@@ -151,16 +159,21 @@ def _own_hand(bvh: BvhMotion, joint_map: JointMap, head: str) -> OwnMotion | Non
     size = _reach(offsets, tree) / _reach(tree.offsets, tree)
     tree = replace(tree, offsets=offsets, subject="", scale=size)
     angles = np.zeros((bvh.frames, len(tree.hinges)))
-    axes, fits = tree.axes.copy(), {}
+    axes, fits, unsure = tree.axes.copy(), {}, []
     for b in range(1, len(at)):
         hinges = np.flatnonzero(tree.hinge_bone == b)
         turn = bvh.turns[:, at[b]]
         axes[hinges], angles[:, hinges] = _hinged(turn, tree.axes[hinges])
         left_by = left_over(turn, angles[:, hinges], axes[hinges], np.eye(3))
         fits[tree.bones[b]] = fit_of(left_by, axes[hinges], tree.axes[hinges])
+        if len(hinges) == 2 and _is_open(turn, axes[hinges], angles[:, hinges]):
+            unsure.append(tree.bones[b])
     motion = _motion(bvh, joint_map, at[0], tree.hinges, angles)
     name = head.removesuffix("_") or tree.side
-    return OwnMotion(name=name, tree=replace(tree, axes=axes), motion=motion, fits=fits)
+    tree = replace(tree, axes=axes)
+    return OwnMotion(
+        name=name, tree=tree, motion=motion, fits=fits, unsure=tuple(unsure)
+    )
 
 
 def _reach(offsets: Floats, tree: JointTree) -> float:
@@ -188,20 +201,41 @@ def _hinged(turn: Floats, axes: Floats) -> tuple[Floats, Floats]:
 
 def _two_axes(turn: Floats, axes: Floats) -> Floats:
     """(2, 3) axes near the given ones between which no rotation changes the angle."""
-    change = turn - np.eye(3)
     for _ in range(_STEPS):
-        second, first = change @ axes[1], axes[0] @ change
-        across = [_across(axis) for axis in axes]
-        slopes = np.column_stack([second @ across[0], first @ across[1]])
-        step: Floats = np.linalg.lstsq(slopes, -second @ axes[0], rcond=_SAYS)[0]
-        tilted = [
-            a + b @ s
-            for a, b, s in zip(axes, across, (step[:2], step[2:]), strict=True)
-        ]
-        axes = np.array([axis / np.linalg.norm(axis) for axis in tilted])
+        slopes = _slopes(turn, axes)
+        wrong = turn @ axes[1] @ axes[0] - axes[1] @ axes[0]
+        step: Floats = np.linalg.lstsq(slopes, -wrong, rcond=_SAYS)[0]
+        axes = _tilted(axes, step)
         if np.abs(step).max() < 1e-13:
             break
     return axes
+
+
+def _slopes(turn: Floats, axes: Floats) -> Floats:
+    """(T, 4) how ``a1^T R a2 - a1^T a2`` changes with two tilts of each axis."""
+    change = turn - np.eye(3)
+    first = change @ axes[1] @ _across(axes[0])
+    return np.column_stack([first, axes[0] @ change @ _across(axes[1])])
+
+
+def _tilted(axes: Floats, tilt: Floats) -> Floats:
+    """(2, 3) unit axes tilted by (4,) [rad], for small tilts."""
+    moved = [
+        axis + _across(axis) @ part
+        for axis, part in zip(axes, np.split(tilt, 2), strict=True)
+    ]
+    return np.array([axis / np.linalg.norm(axis) for axis in moved])
+
+
+def _is_open(turn: Floats, axes: Floats, angles: Floats) -> bool:
+    """Whether angles depend on a tilt of the axes that the motion does not show."""
+    slopes = np.vstack([_slopes(turn, axes), np.zeros((4, 4))])  # four rows at least
+    _, says, tilts = np.linalg.svd(slopes, full_matrices=False)
+    for tilt in tilts[says < _OPEN]:
+        other = _two_angles(turn, _tilted(axes, 1e-4 * tilt))
+        if np.abs(other - angles).max() > 1e-3 * 1e-4:
+            return True
+    return False
 
 
 def _across(axis: Floats) -> Floats:

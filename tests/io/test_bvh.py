@@ -323,8 +323,24 @@ def test_hinges_that_stand_still_at_zero_have_no_part_in_the_others(rng, tmp_pat
     still += [tree.hinges.index("ring_dip_flexion")]
     poses[:, 7:][:, still] = 0.0
     write_bvh(tmp_path / "a.bvh", a_take(tree, poses, "left"))
-    motion = read_bvh_angles(tmp_path / "a.bvh").recording.motions["left"]
+    reading = read_bvh_angles(tmp_path / "a.bvh")
+    motion = reading.recording.motions["left"]
     np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
+    assert reading.traps == ()
+
+
+def test_bones_that_move_too_little_to_tell_their_axes_are_named(rng, tmp_path):
+    tree = template("right")
+    poses = moving(rng, tree, 60)
+    stiff = [tree.hinges.index(f"ring_mcp_{kind}") for kind in ("abduction", "flexion")]
+    poses[:, 7:][:, stiff] = [0.1, 0.6]
+    write_bvh(tmp_path / "a.bvh", a_take(tree, poses))
+    reading = read_bvh_angles(tmp_path / "a.bvh")
+    motion = reading.recording.motions["right"]
+    np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
+    [trap] = reading.traps
+    assert trap.startswith("move too little to tell their hinge axes")
+    assert trap.endswith(": right ring_proximal")
 
 
 def test_a_written_file_is_written_again_as_it_was(rng, tmp_path):
