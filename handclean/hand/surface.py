@@ -71,6 +71,8 @@ def _problem(surface: Surface) -> str:
         return "bones should not be negative"
     if not (surface.weights >= 0.0).all():
         return "weights should not be negative"
+    if (surface.weights[:, 1:] > surface.weights[:, :-1]).any():
+        return "weights of a vertex should be listed largest first"
     if not np.allclose(surface.weights.sum(axis=1), 1.0, atol=1e-6):
         return "weights of a vertex should sum to 1"
     return ""

@@ -1,8 +1,9 @@
 """Virtual cameras: which markers they see, and how well they measure them.
 
 Cameras stand around the table on two rings. A camera sees a marker when nothing stands
-on the line between them: no capsule of the hand or forearm, no object, no other marker
-nearer to the camera. The system reconstructs a marker that two cameras see.
+on the line between them: not the hand's skin, no capsule of the forearm, no object, no
+other marker nearer to the camera. The system reconstructs a marker that two cameras
+see.
 
 Every camera is calibrated a little wrong, so that its contribution to a point is off by
 a constant of its own; a point is the mean over the cameras that see it, plus noise that
@@ -14,7 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
+from handclean.hand.skinning import posed
 from handclean.kernels import solids
+from handclean.numerics.triangles import box_tree, hidden_behind
 from handclean.simulation.people import Person
 from handclean.simulation.scene import Scene
 
@@ -26,6 +29,11 @@ TOUCH = 0.0035
 
 SHADE = 0.0012
 """[m] a marker this close behind an edge is seen in part, and rejected."""
+
+_OWN = 0.003
+"""[m] skin this close to a marker's centre does not hide it: bending may push it in."""
+
+_BLOCK = 100  # frames skinned at a time
 
 _USUAL = 6.0  # cameras that see a point on whose number ``noise_m`` is defined
 
@@ -63,8 +71,17 @@ def make_rig(count: int, rng: np.random.Generator) -> Rig:
 
 def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
     """(T, M, C) which cameras see which of (T, M, 3) markers."""
+    out = _past_solids(person, scene, markers, rig)
+    out &= ~_behind_skin(person, scene.poses, markers, rig)
+    solids.hide_behind_markers(markers, rig.places, TOUCH, out)
+    return out
+
+
+def _past_solids(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
+    """(T, M, C) which markers cameras would see if there were no hand."""
     frames, count = markers.shape[:2]
-    start, stop = person.flesh.capsules(scene.poses)
+    forearm = person.flesh.bone == person.tree.bone("forearm")
+    start, stop = (ends[:, forearm] for ends in person.flesh.capsules(scene.poses))
     things = scene.bodies
     kinds: Ints = np.array([body.kind for body in things], dtype=np.int64)
     sizes = np.array([body.size for body in things]).reshape(-1, 4)
@@ -77,7 +94,7 @@ def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
         rig.places,
         np.ascontiguousarray(start),
         np.ascontiguousarray(stop),
-        person.flesh.radius + SHADE,
+        person.flesh.radius[forearm] + SHADE,
         placed,
         kinds,
         sizes,
@@ -85,8 +102,22 @@ def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
         np.zeros((3, 3)),
         out,
     )
-    solids.hide_behind_markers(markers, rig.places, TOUCH, out)
     return out
+
+
+def _behind_skin(person: Person, poses: Floats, markers: Floats, rig: Rig) -> Bools:
+    """(T, M, C) which markers the hand's skin hides from which cameras."""
+    surface = person.surface
+    tree = box_tree(surface.vertices, surface.faces)
+    blocks = []
+    for first in range(0, len(poses), _BLOCK):
+        part = slice(first, first + _BLOCK)
+        skin = posed(surface, person.tree, poses[part])
+        hidden = hidden_behind(
+            skin, tree, markers[part], rig.places, skip_m=_OWN, swell_m=SHADE
+        )
+        blocks.append(hidden)
+    return np.concatenate(blocks)
 
 
 def blink(seen: Bools, rate_hz: float, rng: np.random.Generator) -> Bools:

@@ -1,4 +1,4 @@
-"""The hand as capsules: what touches objects and hides markers, until the mesh exists.
+"""The hand as capsules, which touch objects; its forearm's also hide markers.
 
 Sizes are those of the template hand: finger breadths and depths at the joints after
 Garrett, The adult human hand: some anthropometric and biomechanical considerations,

@@ -18,7 +18,11 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model, bone_rotations, marker_positions
+from handclean.hand.skinning import OnSkin, lifted
+from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import FINGERS, bone_frame, distal_length, template
+from handclean.hand.template_surface import template_surface
+from handclean.numerics.triangles import closest
 from handclean.simulation.flesh import Flesh, clothe
 from handclean.tree import JointTree
 
@@ -28,7 +32,8 @@ _ALIKE = 0.55  # correlation of hand length and breadth within a sex
 
 _FADES = 0.015  # [m] how far from a joint its skin slides
 _SINKS = {"ring": 0.8e-3, "little": 1.6e-3}  # [m] per quarter turn of the knuckle
-_CLEARANCE = 0.0026  # [m] least distance of a marker's centre from the skin
+_LIFT, _LIFT_SD = 0.0040, 0.0004  # [m] a marker's radius and what it is glued on with
+_CLEARANCE = 0.0026  # [m] least distance of a forearm marker's centre from the skin
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +47,8 @@ class Person:
     reach : (D, 2) [rad] how far this person's joints go, within the limits.
     habit : (D,) [rad] how this person's postures deviate from everybody's.
     tempo : durations against the average.
-    flesh : the hand's capsules.
+    flesh : the hand's and the forearm's capsules, which touch objects.
+    surface : the hand's skin, coarse, which hides markers.
     tips : [m] length of each finger's last segment.
     markers : the markers as glued on, in the zero posture.
     skin : (M, D, 3) [m/rad] how each marker slides, in its bone's frame.
@@ -54,6 +60,7 @@ class Person:
     habit: Floats
     tempo: float
     flesh: Flesh
+    surface: Surface
     tips: dict[str, float]
     markers: Model
     skin: Floats
@@ -73,9 +80,10 @@ def make_person(
         finger: distal_length(tree, finger) * rng.lognormal(0.0, 0.05)
         for finger in FINGERS
     }
-    plump = tree.scale * rng.lognormal(0.0, 0.05)
-    flesh = clothe(tree, tips, plump)
-    markers = _glue(tree, marker_set, ratio, tips, flesh, rng)
+    plump = rng.lognormal(0.0, 0.05)
+    flesh = clothe(tree, tips, tree.scale * plump)
+    surface = template_surface(tree, coarse=True, plump=plump, tips=tips)
+    markers = _glue(tree, marker_set, ratio, tips, flesh, surface, rng)
     middle = tree.limits.mean(axis=1, keepdims=True)
     reach = middle + (tree.limits - middle) * rng.uniform(0.86, 0.98, tree.limits.shape)
     return Person(
@@ -85,6 +93,7 @@ def make_person(
         habit=np.radians(_habit(tree, rng)),
         tempo=float(rng.lognormal(0.0, 0.1)),
         flesh=flesh,
+        surface=surface,
         tips=tips,
         markers=markers,
         skin=slide * _draw_skin(tree, markers, tips, rng),
@@ -130,9 +139,10 @@ def _glue(
     ratio: dict[str, float],
     tips: dict[str, float],
     flesh: Flesh,
+    surface: Surface,
     rng: np.random.Generator,
 ) -> Model:
-    """Stick the markers on, off by some millimetres but never inside the flesh."""
+    """Stick the markers on, off by some millimetres but always on the skin."""
     model = marker_set.on(tree)
     at = model.at.copy()
     for m, bone in enumerate(marker_set.bones):
@@ -145,16 +155,35 @@ def _glue(
             place[1] *= ratio[bone]
         spread = 0.0015 if bone.endswith("distal") else 0.0020
         place[:2] += np.clip(rng.normal(0.0, spread, 2), -2.5 * spread, 2.5 * spread)
-        place[2] += rng.normal(0.0, 0.0006)
-        own = flesh.bone == tree.bone(bone)
-        starts, stops = (
-            flesh.ends.at[: len(own)][own],
-            flesh.ends.at[len(own) :][own],
-        )
-        while _depth(frame @ place, starts, stops, flesh.radius[own]) < _CLEARANCE:
-            place[2] += 0.0002
-        at[m] = frame @ place
+        lift = _LIFT + np.clip(rng.normal(0.0, _LIFT_SD), -2.0 * _LIFT_SD, None)
+        b = tree.bone(bone)
+        if bone == "forearm":
+            at[m] = _on_capsules(place, flesh, b)
+        else:
+            at[m] = _on_skin(frame @ place, tree, b, surface, lift)
     return replace(model, at=at)
+
+
+def _on_skin(
+    place: Floats, tree: JointTree, bone: int, surface: Surface, lift: float
+) -> Floats:
+    """(3,) [m] where a marker ends up that is pressed on a bone's skin at a place."""
+    joint = rest_joints(tree)[bone]
+    moved = ((surface.bones == bone) & (surface.weights > 0.0)).any(axis=1)
+    own = np.flatnonzero(moved[surface.faces].any(axis=1))
+    foot = closest(surface.vertices, surface.faces[own], (joint + place)[None])
+    on = OnSkin(face=own[foot.face], share=foot.share, lift=np.array([lift]))
+    at: Floats = lifted(surface.vertices, surface.faces, on)[0] - joint
+    return at
+
+
+def _on_capsules(place: Floats, flesh: Flesh, bone: int) -> Floats:
+    """(3,) [m] a place on a bone, raised until it is outside the bone's capsules."""
+    own = np.flatnonzero(flesh.bone == bone)
+    starts, stops = (flesh.ends.at[rows] for rows in (own, len(flesh.bone) + own))
+    while _depth(place, starts, stops, flesh.radius[own]) < _CLEARANCE:
+        place = place + np.array([0.0, 0.0, 0.0002])
+    return place
 
 
 def _depth(point: Floats, starts: Floats, stops: Floats, radius: Floats) -> float:

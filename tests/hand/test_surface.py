@@ -31,6 +31,7 @@ def tetrahedron(**changes):
         ("faces", FACES + 1, "vertices 0 to 3"),
         ("weights", np.full((4, 4), 0.5), "sum to 1"),
         ("weights", np.tile([2.0, -1, 0, 0], (4, 1)), "negative"),
+        ("weights", np.tile([0.4, 0.6, 0, 0], (4, 1)), "largest first"),
         ("bones", np.full((4, 4), -1), "negative"),
     ],
 )

@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
+from handclean.hand.skinning import posed, project
 from handclean.simulation import cameras, ghosts, losses, timing
 from handclean.simulation.columns import assign_columns
 from handclean.simulation.figures import (
@@ -16,6 +17,7 @@ from handclean.simulation.figures import (
     occlusion_figures,
     occlusion_table,
 )
+from handclean.simulation.grasping import grasp_scene
 from handclean.simulation.people import make_person, true_markers, without_forearm
 from handclean.simulation.scene import Body, Scene
 from handclean.simulation.settings import SimulateConfig
@@ -48,19 +50,28 @@ def test_no_scaling_of_the_template_reaches_a_subject():
         assert len(plain.hinges) == 20
 
 
-def test_markers_stand_off_the_skin_of_their_own_segment():
+def test_markers_sit_on_the_skin_of_their_own_segment():
     for seed in range(5):
         who = person(seed)
-        pose = neutral_pose(who.tree)[None]
-        start, stop = (ends[0] for ends in who.flesh.capsules(pose))
-        for bone, place in zip(
-            who.markers.bone, marker_positions(who.markers, pose)[0], strict=True
-        ):
-            for k in np.flatnonzero(who.flesh.bone == bone):
-                axis = stop[k] - start[k]
-                along = np.clip((place - start[k]) @ axis / (axis @ axis), 0.0, 1.0)
-                far = np.linalg.norm(place - start[k] - along * axis)
-                assert far > who.flesh.radius[k] + 0.002
+        skin, names = who.surface, who.tree.bones
+        places = marker_positions(who.markers, neutral_pose(who.tree)[None])[0]
+        on = project(skin, skin.vertices, places)
+        assert 0.0028 < on.lift.min() < 0.0037
+        assert 0.0043 < on.lift.max() < 0.0058
+        for m, face in enumerate(on.face):
+            rows = skin.faces[face]
+            there = skin.bones[rows][skin.weights[rows] > 0.0]
+            assert names[who.markers.bone[m]] in {names[b] for b in there}
+
+
+def test_markers_stay_outside_the_skin_when_the_hand_grasps():
+    who = person()
+    times = np.arange(500) / 100.0
+    scene = grasp_scene(who, times, (), np.random.default_rng(1))
+    poses = scene.poses[::50]
+    skins = posed(who.surface, who.tree, poses)
+    for skin, places in zip(skins, true_markers(who, poses), strict=True):
+        assert project(who.surface, skin, places).lift.min() > 0.001
 
 
 def test_skin_slides_by_millimetres_next_to_a_joint_and_not_at_all_when_straight():
@@ -159,6 +170,19 @@ def test_a_marker_on_the_back_is_seen_from_above_and_not_from_below(rng):
         back = [who.markers.labels.index(f"R_HAND_{k}") for k in ("IN", "MID", "OUT")]
         assert seen[0, back].all() == some
         assert seen[0, back].any() == some
+
+
+def test_hand_and_forearm_hide_what_is_under_them_and_nothing_beside_them():
+    who = person()
+    poses = neutral_pose(who.tree)[None].repeat(150, axis=0)
+    middle = who.surface.vertices.mean(axis=0)
+    under = [[*middle[:2], -0.08], [0.0, -0.12, -0.08]]
+    beside = [[0.2, *middle[1:]], [0.2, -0.12, 0.0]]
+    places = np.tile([*under, *beside], (150, 1, 1))
+    rig = cameras.Rig(places=np.array([[0.0, 0.0, 1.5]]), errors=np.zeros((1, 3)))
+    scene = Scene(title="", times=np.zeros(150), poses=poses)
+    seen = cameras.seen_by(who, scene, places, rig)[:, :, 0]
+    np.testing.assert_array_equal(seen, [[False, False, True, True]] * 150)
 
 
 seen_arrays = arrays(np.bool_, st.tuples(st.integers(1, 60), st.integers(1, 5)))
