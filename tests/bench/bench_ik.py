@@ -25,7 +25,7 @@ from handclean.tree import JointTree
 
 BESIDE = Path(__file__).parents[3] / "shared" / "peers"
 SCRIPTS = Path(os.environ.get("HANDCLEAN_PEERS", BESIDE))
-ENVIRONMENTS = Path(os.environ.get("PEERS", "peers"))
+ENVIRONMENTS = Path(os.environ.get("PEERS", ".peers"))
 
 PEERS = (  # environment, script and its arguments, the words of the rows to keep
     ("momentum", ["ik_momentum.py"], ("pymomentum",)),
