@@ -12,6 +12,7 @@ import pytest
 from handclean.cli.main import main
 from handclean.hand.template import template
 from handclean.io import files
+from handclean.io.prior import read_prior
 from handclean.pipeline import plan, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.steps.inspect import FIGURES
@@ -229,6 +230,44 @@ def test_convert_says_what_the_written_file_holds(
         assert ("3 markers" in found) == ("3 markers" in holds)
         angles = "15 joints with angles" if suffix == "c3d" else "1 motion"
         assert (angles in found) == ("1 motion" in holds)
+
+
+def test_a_prior_learnt_from_bvh_is_that_of_the_session(handclean, rng):
+    hand = template("right")
+    poses = np.zeros((80, 7 + len(hand.hinges)))
+    poses[:, 3] = 1.0
+    share = 0.5 + 0.4 * np.sin(np.linspace(0, 9, 80)[:, None] * rng.uniform(1, 3, 20))
+    poses[:, 7:] = hand.limits[:, 0] + share * np.ptp(hand.limits, axis=1)
+    poses[40:, 7:] = poses[:40, 7:][::-1]  # a jump, were it a finger's
+    recording = Recording(
+        rate=120.0,
+        frames=80,
+        skeletons={"right": hand},
+        motions={"right": motion_from_poses(hand.hinges, poses)},
+    )
+    files.write("a.h5", recording)
+    assert handclean("convert", "a.h5", "-o", "a.bvh").returncode == 0
+    priors = []
+    for name in ("a.h5", "a.bvh"):
+        done = handclean("learn", "subspace", name, "-o", "p.h5", "--overwrite")
+        assert (done.returncode, done.stderr) == (0, "")
+        priors.append(read_prior(Path("p.h5")))
+    first, second = priors
+    np.testing.assert_allclose(second.mean, first.mean, atol=1e-9)
+    np.testing.assert_allclose(second.deviations, first.deviations, atol=1e-9)
+    share = np.abs(np.sum(first.components * second.components, axis=0))
+    np.testing.assert_allclose(share, 1.0, atol=1e-9)
+
+
+def test_what_is_odd_about_a_bvh_is_told_where_it_is_learnt_from(
+    shared_data, handclean
+):
+    take = shared_data / "manipnet" / "teapot2" / "rightHand.bvh"
+    done = handclean("learn", "subspace", take, "-o", "p.h5")
+    assert done.returncode == 0
+    assert done.stderr.startswith(f"{take}: warning: ")
+    assert done.stderr.count(str(take)) == done.stderr.count("\n")
+    assert "tracking jumps are left out" in done.stderr
 
 
 def test_inspect_has_one_line_or_object_per_file(handclean, take):

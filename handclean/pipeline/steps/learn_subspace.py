@@ -31,7 +31,8 @@ Named = tuple[tuple[str, ...], Floats]
 
 def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcome:
     """Learn a mean and directions, and say what they hold of takes held out."""
-    learnt_from = [motion for source in sources for motion in angles_of(source)]
+    odd: list[str] = []
+    learnt_from = [motion for source in sources for motion in angles_of(source, odd)]
     names = tuple(
         name for name in learnt_from[0][0] if all(name in n for n, _ in learnt_from)
     )
@@ -56,7 +57,7 @@ def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcom
         "directions": len(found.deviations),
         "share": np.cumsum(found.variance_share),
         "covered": float(found.variance_share.sum()),
-        **_held_out(sources[0], found),
+        **_held_out(sources[0], found, odd),
     }
     line = (
         f"{figures['directions']} directions hold {100 * figures['covered']:.1f} % of "
@@ -64,11 +65,17 @@ def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcom
     )
     if "held_out_covered" in figures:
         line += f", {100 * figures['held_out_covered']:.1f} % of those held out"
-    return Outcome(line=line, figures=figures, writers=(write,))
+    first = f"{sources[0].path}: "  # of which a warning speaks anyway
+    warnings = tuple(text.removeprefix(first) for text in odd)
+    return Outcome(line=line, figures=figures, warnings=warnings, writers=(write,))
 
 
-def angles_of(source: Source) -> list[Named]:
+def angles_of(source: Source, odd: list[str]) -> list[Named]:
     """Names and (T, D) angles of every hand of a take.
+
+    Parameters
+    ----------
+    odd : what is odd about the file is appended.
 
     Raises
     ------
@@ -76,6 +83,7 @@ def angles_of(source: Source) -> list[Named]:
         If it has none.
     """
     recording = sessions.read(source)
+    odd += [f"{source.path}: {trap}" for trap in sessions.traps(source, recording)]
     found = [
         (motion.names, motion.angles)
         for name, motion in recording.motions.items()
@@ -103,11 +111,13 @@ def in_order(names: tuple[str, ...], motion: Named) -> Floats:
     return np.ascontiguousarray(angles[:, [has.index(name) for name in names]])
 
 
-def _held_out(source: Source, found: prior.PosturePrior) -> dict[str, Any]:
+def _held_out(
+    source: Source, found: prior.PosturePrior, odd: list[str]
+) -> dict[str, Any]:
     given = [p for role, p in source.files.items() if role.startswith("held_out")]
     if not given:
         return {}
-    motions = [motion for path in given for motion in angles_of(Source(path=path))]
+    motions = [motion for path in given for motion in angles_of(Source(path=path), odd)]
     angles = np.concatenate([in_order(found.names, motion) for motion in motions])
     share = prior.coverage(found, angles)
     return {
