@@ -158,7 +158,7 @@ PARTS: Mapping[str, Callable[[], None]] = {
 }
 """What is warmed; the last part is whole commands, for what the others leave."""
 
-LANES = (("hand", "following"), ("calibration", "solving", "reviewing"))
+LANES = (("hand", "following", "calibration"), ("solving", "reviewing"))
 """Parts for two processes, about as long. What both need, such as the kernels of
 inverse kinematics, the first to come to it compiles and the other loads."""
 
