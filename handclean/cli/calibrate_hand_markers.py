@@ -15,17 +15,21 @@ from handclean.subject.settings import CalibrateConfig
 @options.batch(
     options.SOURCES,
     options.ONE_OUTPUT,
-    [options.marker_set, options.side],
+    [options.subject, options.marker_set, options.side],
     options.TELLING,
 )
 def command(batch: Batch, settings: CalibrateConfig, name: str) -> int:
     """Learn a hand and its markers from labelled range-of-motion takes.
 
-    Filled samples are never used.
+    Filled samples are never used. With --subject, a hand from calibrate-hand scan,
+    the first take begins with the hand held still and flat: there the markers are
+    found on its skin. Takes that move refine both.
 
     \b
     Example:
         handclean calibrate-hand markers rom.c3d -o S01.h5 --marker-set maycock26
+        handclean calibrate-hand markers flat.c3d rom.c3d --subject scan.h5 \\
+            --marker-set maycock26 -o S01.h5
     """
     chosen = Calibrating(calibrate=settings, name=name)
     return many.reduce(Work.of("calibrate-hand markers", batch, chosen), batch)

@@ -53,6 +53,16 @@ LEAST_CLEAN = 0.3
 HELD_RAD = 0.005
 """[rad] how far the axis of a joint that hardly moved may tilt."""
 
+KNOWN = Expectation(
+    length=0.03,
+    joint_m=0.001,
+    knuckle_m=0.002,
+    tilt_rad=0.08,
+    place_m=0.003,
+    size=0.02,
+)
+"""How far a hand may be from what a scan told of it."""
+
 START_M = 0.005
 """[m] noise the first adjustment starts with: the template is not better than that."""
 
@@ -64,6 +74,7 @@ def calibrate(
     *,
     side: str = "",
     name: str = "",
+    known: Model | None = None,
 ) -> tuple[Subject, CalibrationReport]:
     """Find the bone lengths, joint places, axes and marker places of one hand.
 
@@ -73,6 +84,8 @@ def calibrate(
     marker_set : what the markers are called and about where they are.
     side : "left" or "right"; "" for the marker set's.
     name : whose hand it is.
+    known : what is known of this hand and its markers, such as from a scan; it is then
+        expected instead of a template, and closely.
 
     Returns
     -------
@@ -99,8 +112,10 @@ def calibrate(
     frames = usable(every)
     first = guess(marker_set, frames.only(thinned(frames, GUESS_FRAMES)), side)
     tree = template(side, forearm=marker_set.forearm, subject=name)
+    expected = scaled(marker_set.on(tree), first.size) if known is None else known
     task = _Task(
-        template=scaled(marker_set.on(tree), first.size),
+        template=expected,
+        closely=known is not None,
         camera_m=camera_noise(every),
         settings=settings,
     )
@@ -179,16 +194,19 @@ class _Task:
     """What stays the same through a calibration."""
 
     template: Model
+    closely: bool
     camera_m: float
     settings: CalibrateConfig
 
     def problem(self, frames: Frames) -> Problem:
         """Return the adjustment of the hand over these frames."""
-        expect = Expectation(
-            length=self.settings.length,
-            place_m=self.settings.place_m,
-            tilt_rad=self.settings.tilt_rad,
-        )
+        expect = KNOWN
+        if not self.closely:
+            expect = Expectation(
+                length=self.settings.length,
+                place_m=self.settings.place_m,
+                tilt_rad=self.settings.tilt_rad,
+            )
         return Problem(
             template=self.template,
             expect=expect,

@@ -1,15 +1,22 @@
 """A subject from labelled range-of-motion takes of one hand."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from handclean.errors import UsageError
 from handclean.hand.marker_set import load_marker_set
-from handclean.io.subject import write_subject
+from handclean.hand.subject import Subject
+from handclean.io.subject import read_subject, write_subject
 from handclean.pipeline import names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Calibrating
 from handclean.pipeline.outcome import Entry, Outcome
 from handclean.subject.calibrate import calibrate
+from handclean.subject.scan.markers import Dressed, dress
+
+SCANNED = ("neutral_rms_mm", "neutral_set_rms_mm", "marker_height_mm")
+"""Figures of hands from a scan only."""
 
 FIGURES = {
     "side": "of the hand",
@@ -25,6 +32,10 @@ FIGURES = {
     "noise_mm": "noise of a marker, each way",
     "camera_noise_mm": "the part of it that changes from frame to frame",
     "poorly_moved": "joints that moved too little",
+    "neutral_rms_mm": "RMS distance of markers from their places on a scanned hand, in "
+    "the neutral frames",
+    "neutral_set_rms_mm": "the same from where the marker set has them",
+    "marker_height_mm": "median height of markers over the scanned skin",
 }
 
 
@@ -45,13 +56,30 @@ def calibrate_hand_markers(
     has = [names.labels_of(take) for take in takes]
     for source, labels in zip(sources, has, strict=True):
         names.expect_set(source.name, labels, name)
-    subject, report = calibrate(
-        takes,
-        load_marker_set(name),
-        settings.calibrate,
-        side=sides.pop(),
-        name=settings.name,
-    )
+    scan_figures: Mapping[str, Any] = {}
+    scan_words: tuple[str, ...] = ()
+    scanned = _scanned(sources)
+    if scanned is not None:
+        dressed = dress(
+            scanned,
+            takes,
+            load_marker_set(name),
+            settings.calibrate,
+            name=settings.name,
+        )
+        placed = _placed(dressed)
+        if dressed.report is None:
+            return placed
+        subject, report = dressed.subject, dressed.report
+        scan_figures, scan_words = placed.figures, placed.warnings
+    else:
+        subject, report = calibrate(
+            takes,
+            load_marker_set(name),
+            settings.calibrate,
+            side=sides.pop(),
+            name=settings.name,
+        )
 
     more = names.larger_set(set.intersection(*map(set, has)), name)
 
@@ -68,7 +96,48 @@ def calibrate_hand_markers(
         if name.endswith("_mm")
         else getattr(report, name)
         for name in FIGURES
+        if name not in SCANNED
     }
     return Outcome(
-        line=line, figures=figures, warnings=(*report.warnings, *more), writers=(write,)
+        line=line,
+        figures={**figures, **scan_figures},
+        warnings=(*scan_words, *report.warnings, *more),
+        writers=(write,),
     )
+
+
+def _scanned(sources: tuple[Source, ...]) -> Subject | None:
+    """Read the scanned hand that the takes are of, if one is named."""
+    paths = {path for source in sources for path in source.subjects}
+    if not paths:
+        return None
+    if len(paths) > 1:
+        raise UsageError("--subject: is one hand, from 'calibrate-hand scan'")
+    subject = read_subject(paths.pop())
+    sides = {source.side for source in sources} - {"", subject.model.tree.side}
+    if sides:
+        raise UsageError(
+            f"--side {sides.pop()}: the scan is of a {subject.model.tree.side} hand"
+        )
+    return subject
+
+
+def _placed(dressed: Dressed) -> Outcome:
+    """Say where a scanned hand's markers are when takes told no more."""
+    subject, placed = dressed.subject, dressed.placed
+
+    def write(path: Path, provenance: tuple[Entry, ...]) -> None:
+        write_subject(path, subject, provenance)
+
+    line = (
+        f"{subject.model.tree.side} hand of a scan, {len(subject.model.labels)} "
+        f"markers placed from {len(placed.poses)} neutral frames; they lie "
+        f"{1e3 * placed.start_rms_m:.1f} mm RMS from where {subject.marker_set} has "
+        "them"
+    )
+    figures: dict[str, Any] = {
+        "side": subject.model.tree.side,
+        "size": subject.model.tree.scale,
+        **{name: 1e3 * subject.errors[f"{name[:-2]}m"] for name in SCANNED},
+    }
+    return Outcome(line=line, figures=figures, warnings=placed.words, writers=(write,))

@@ -1,0 +1,395 @@
+"""Where on a scanned skin markers sit, from a take of the hand held still.
+
+**Where they should be.** A marker of the set lies over a point of the template's skin,
+so far out along its normal; there, and so far out, it lies on the scanned skin, which
+is the same mesh. Template and hand are compared with fingers a little spread, so that a
+marker does not come to lie on the neighbour.
+
+**Where they are.** A neutral take alone cannot tell a marker glued on elsewhere from a
+joint bent a little: every posture explains it by other places. What is known: markers
+are glued on to some millimetres along the skin, but lie all about as far out of it, as
+they are of one size. So the pose of each frame minimises, with r a marker's distance
+from where it should be and n the normal there,
+
+    sum_m (n.r - c)^2 / out^2 + |r - n (n.r)|^2 / along^2  +  prior of postures,
+
+c being the median of n.r, which is what the set's places err in their height. It is
+found by inverse kinematics towards targets in which the distance along the skin counts
+for (out / along)^2 of itself: that has the same stationary points.
+
+Then each marker's place is the mean of where it was measured, in the frame of its bone,
+and its height that over the skin (`skinning.project`). Takes that move decide the rest:
+`calibrate` with this hand as what it expects.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.errors import HandcleanError, UsageError
+from handclean.hand.marker_set import MarkerSet
+from handclean.hand.model import (
+    Model,
+    bone_rotations,
+    joint_positions,
+    marker_positions,
+    neutral_pose,
+)
+from handclean.hand.skinning import OnSkin, lifted, posed, project
+from handclean.hand.subject import Subject
+from handclean.hand.surface import Surface, vertex_normals
+from handclean.hand.template import template
+from handclean.hand.template_surface import template_surface
+from handclean.ik.solve import solve_markers
+from handclean.kernels import bundle, pose_fit
+from handclean.recording import Recording
+from handclean.subject.calibrate import calibrate
+from handclean.subject.findings import CalibrationReport
+from handclean.subject.frames import (
+    LEAST_FRAMES,
+    LEAST_SHARE,
+    Frames,
+    gather,
+    thinned,
+)
+from handclean.subject.settings import CalibrateConfig
+from handclean.subject.shape import PosePrior
+from handclean.subject.start import first_poses
+from handclean.tree import POSE_HEAD, JointTree
+
+OUT_M, ALONG_M = 0.0015, 0.005
+"""[m] how far markers may lie from where they should, out of the skin and along it."""
+
+POSTURE_RAD = 0.35
+"""[rad] how far a neutral posture is from the flat hand."""
+
+NEUTRAL_FRAMES = 12
+"""Frames that places are found from, at most."""
+
+NEUTRAL_S = 1.0
+"""[s] at the start of the first take in which the hand is held still."""
+
+LOOKED_AT, LEAST_MOVED = 200, 5
+"""Frames that are looked at, and joints that must move in them, to be a range of
+motion."""
+
+ROUNDS = 30
+
+OUTLIER_M = 0.03
+"""[m] a marker so far from where it should be loses most of its say."""
+
+SPREAD = {"index": 10.0, "middle": 1.0, "ring": -8.0, "little": -16.0}
+"""[degrees] abduction in which template and hand are compared."""
+
+ABOVE_M = (-0.002, 0.025)
+"""[m] markers lower or higher over the skin than this are named."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placed:
+    """Markers on a scanned hand.
+
+    Attributes
+    ----------
+    model : the hand with them.
+    on : where on the skin each sits; those on a forearm have face -1.
+    poses : (T, 7 + D) of the frames used.
+    rms_m : [m] RMS distance of markers from these places in those frames.
+    start_rms_m : [m] the same of the places they should have.
+    words : what is odd.
+    """
+
+    model: Model
+    on: OnSkin
+    poses: Floats
+    rms_m: float
+    start_rms_m: float
+    words: tuple[str, ...]
+
+
+def with_forearm(tree: JointTree, forearm: bool) -> JointTree:
+    """Hang a forearm on a hand that has none, if one is wanted."""
+    if not forearm or "forearm" in tree.bones:
+        return tree
+    longer = template(tree.side, forearm=True)
+    extra = len(longer.hinges) - len(template(tree.side).hinges)
+    return replace(
+        tree,
+        bones=(*tree.bones, longer.bones[-1]),
+        joints=(*tree.joints, longer.joints[-1]),
+        parents=np.append(tree.parents, 0),
+        offsets=np.vstack([tree.offsets, np.zeros(3)]),
+        hinges=(*tree.hinges, *longer.hinges[-extra:]),
+        hinge_bone=np.append(tree.hinge_bone, [len(tree.bones)] * extra),
+        axes=np.vstack([tree.axes, longer.axes[-extra:]]),
+        limits=np.vstack([tree.limits, longer.limits[-extra:]]),
+    )
+
+
+def dressed(subject: Subject, marker_set: MarkerSet) -> tuple[Model, Floats]:
+    """Put a marker set on a scanned hand.
+
+    Returns
+    -------
+    The hand with the markers where they should be, and the skin's normals there,
+    (M, 3) in the bones' frames; zero on a forearm.
+
+    Raises
+    ------
+    UsageError
+        If the subject has no skin, or the set is not one for hands.
+    """
+    if subject.surface is None:
+        raise UsageError(
+            f"--subject: '{subject.name}' has no skin; 'calibrate-hand scan' makes one "
+            "that has"
+        )
+    if marker_set.kind != "hand":
+        raise UsageError(f"marker set {marker_set.name}: is of no hand")
+    side = subject.model.tree.side
+    tree = with_forearm(subject.model.tree, marker_set.forearm)
+    plain = marker_set.on(tree)
+    rows = np.array([tree.bones[b] != "forearm" for b in plain.bone])
+    start = marker_set.on(template(side, forearm=marker_set.forearm))
+    skin = template_surface(start.tree)
+    at, normals = plain.at.copy(), np.zeros(plain.at.shape)
+    pose = _spread(tree)
+    vertices = posed(subject.surface, tree, pose[None])[0]
+    there = marker_positions(plain, pose[None])[0][rows]
+    if np.array_equal(skin.faces, subject.surface.faces):
+        before = posed(skin, start.tree, _spread(start.tree)[None])[0]
+        meant = marker_positions(start, _spread(start.tree)[None])[0][rows]
+        on = project(skin, before, meant)
+        there = lifted(vertices, skin.faces, on)
+    bone = plain.bone[rows]
+    turn = bone_rotations(tree, pose[None])[0][bone]
+    joint = joint_positions(tree, pose[None])[0][bone]
+    at[rows] = np.einsum("mji,mj->mi", turn, there - joint)
+    on = project(subject.surface, vertices, there)
+    out = _normals(subject.surface, vertices, on)
+    normals[rows] = np.einsum("mji,mj->mi", turn, out)
+    return replace(plain, at=at), normals
+
+
+def _spread(tree: JointTree) -> Floats:
+    pose = neutral_pose(tree)
+    for finger, degrees in SPREAD.items():
+        hinge = tree.hinges.index(f"{finger}_mcp_abduction")
+        pose[POSE_HEAD + hinge] = np.radians(degrees)
+    return pose
+
+
+def _normals(surface: Surface, vertices: Floats, on: OnSkin) -> Floats:
+    """(M, 3) unit normals of the skin under markers."""
+    corners = vertex_normals(vertices, surface.faces)[surface.faces[on.face]]
+    out = np.einsum("mk,mkn->mn", on.share, corners)
+    unit: Floats = out / np.linalg.norm(out, axis=1, keepdims=True)
+    return unit
+
+
+def place(subject: Subject, marker_set: MarkerSet, neutral: Frames) -> Placed:
+    """Find where on a scanned hand markers sit.
+
+    Parameters
+    ----------
+    subject : with a skin.
+    neutral : frames of the hand held still, flat, about as in the scan.
+
+    Raises
+    ------
+    HandcleanError
+        If a marker is in none of the frames, or there are too few of them.
+    UsageError
+        As `dressed`.
+    """
+    model, normals = dressed(subject, marker_set)
+    assert subject.surface is not None
+    frames = neutral.only(thinned(neutral, NEUTRAL_FRAMES))
+    unseen = [
+        label for m, label in enumerate(model.labels) if not frames.seen[:, m].any()
+    ]
+    if unseen:
+        raise HandcleanError(
+            f"calibrate-hand: {unseen[0]} is not in the neutral take; every marker "
+            "should be seen there"
+        )
+    poses = _poses(model, normals, frames)
+    start = _rms(model, poses, frames)
+    found = replace(model, at=_measured_places(model, poses, frames))
+    on, words = _on_skin(subject.surface, found)
+    return Placed(
+        model=found,
+        on=on,
+        poses=poses,
+        rms_m=_rms(found, poses, frames),
+        start_rms_m=start,
+        words=words,
+    )
+
+
+def _poses(model: Model, normals: Floats, frames: Frames) -> Floats:
+    """(T, 7 + D) poses that the height over the skin decides more than places on it."""
+    expected = PosePrior(
+        centre=np.zeros(len(model.tree.hinges)),
+        hold=POSTURE_RAD**-2,
+        limits=model.tree.limits,
+        bound=0.1**-2,
+    )
+    body = expected.body(model)
+    room, cost = bundle.make_room(body), np.zeros(len(frames))
+    poses, _ = first_poses(model, frames.targets, frames.seen)
+    weights = frames.seen / OUT_M**2
+    little = (OUT_M / ALONG_M) ** 2
+    for _ in range(ROUNDS):
+        here = marker_positions(model, poses)
+        turn = bone_rotations(model.tree, poses)[:, model.bone]
+        out = np.einsum("tmij,mj->tmi", turn, normals)
+        off = np.where(frames.seen[:, :, None], frames.targets - here, 0.0)
+        high = np.einsum("tmi,tmi->tm", off, out)
+        known = frames.seen & np.any(normals != 0.0, axis=1)
+        common = np.median(high[known])
+        lift = np.where(known, high - common, 0.0)
+        along = off - high[:, :, None] * out
+        targets = here + lift[:, :, None] * out + little * along
+        before = poses.copy()
+        pose_fit.fit_poses(poses, targets, weights, OUTLIER_M**-2, 20, body, room, cost)
+        if np.abs(poses - before).max() < 1e-5:
+            break
+    return poses
+
+
+def _measured_places(model: Model, poses: Floats, frames: Frames) -> Floats:
+    """(M, 3) [m] mean places of the measured markers in their bones' frames."""
+    turn = bone_rotations(model.tree, poses)[:, model.bone]
+    joint = joint_positions(model.tree, poses)[:, model.bone]
+    at = np.einsum("tmji,tmj->tmi", turn, frames.targets - joint)
+    seen = frames.seen[:, :, None]
+    mean: Floats = np.sum(np.where(seen, at, 0.0), axis=0) / seen.sum(axis=0)
+    return mean
+
+
+def _rms(model: Model, poses: Floats, frames: Frames) -> float:
+    """[m] RMS distance of measured markers from the model's."""
+    away = np.linalg.norm(frames.targets - marker_positions(model, poses), axis=2)
+    return float(np.sqrt(np.mean(away[frames.seen] ** 2)))
+
+
+def _on_skin(surface: Surface, model: Model) -> tuple[OnSkin, tuple[str, ...]]:
+    """Find where on the skin the model's markers sit, and say what is odd."""
+    tree = model.tree
+    pose = _spread(tree)
+    vertices = posed(surface, tree, pose[None])[0]
+    on = project(surface, vertices, marker_positions(model, pose[None])[0])
+    arm = np.array([tree.bones[b] == "forearm" for b in model.bone])
+    words = []
+    for m, label in enumerate(model.labels):
+        if not arm[m] and not ABOVE_M[0] <= on.lift[m] <= ABOVE_M[1]:
+            words.append(
+                f"{label} lies {1e3 * on.lift[m]:.0f} mm over the scanned skin: is it "
+                "labelled right, and are scan and take of the same hand?"
+            )
+    return replace(on, face=np.where(arm, -1, on.face)), tuple(words)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dressed:
+    """A scanned hand with its markers.
+
+    Attributes
+    ----------
+    subject : with skin and markers.
+    placed : what the neutral frames told.
+    report : of the range of motion; None if the takes show none.
+    """
+
+    subject: Subject
+    placed: Placed
+    report: CalibrationReport | None
+
+
+def dress(
+    scanned: Subject,
+    takes: Sequence[Recording],
+    marker_set: MarkerSet,
+    settings: CalibrateConfig,
+    *,
+    name: str = "",
+) -> Dressed:
+    """Find markers on a scanned hand; and with takes that move, the hand more closely.
+
+    The scanned skin stays as it is: joints that takes move a little move inside it.
+
+    Parameters
+    ----------
+    scanned : a subject with a skin.
+    takes : labelled; the first begins with the hand held still and flat.
+    name : whose hand it is; the scan's when not given.
+
+    Raises
+    ------
+    UnknownNameError
+        If a take lacks a marker of the set.
+    UsageError
+        If the subject has no skin.
+    HandcleanError
+        If the first second of the first take does not show every marker.
+    """
+    every = gather(takes, marker_set.labels)
+    placed = place(scanned, marker_set, _neutral(every))
+    name = name or scanned.name
+    errors = dict(scanned.errors)
+    arm = placed.on.face < 0
+    errors["neutral_rms_m"] = placed.rms_m
+    errors["neutral_set_rms_m"] = placed.start_rms_m
+    errors["marker_height_m"] = float(np.median(placed.on.lift[~arm]))
+    if not _moves(placed.model, every, settings.moved_rad):
+        return Dressed(
+            subject=replace(
+                scanned,
+                name=name,
+                model=placed.model,
+                marker_set=marker_set.name,
+                marker_sigma=np.full(len(placed.model.labels), np.nan),
+                errors=errors,
+            ),
+            placed=placed,
+            report=None,
+        )
+    side = scanned.model.tree.side
+    found, report = calibrate(
+        takes, marker_set, settings, side=side, name=name, known=placed.model
+    )
+    return Dressed(
+        subject=replace(
+            found, surface=scanned.surface, errors={**errors, **found.errors}
+        ),
+        placed=placed,
+        report=report,
+    )
+
+
+def _neutral(every: Frames) -> Frames:
+    """Frames of the first take's first second that show most markers."""
+    first = (every.take == 0) & (every.frame < NEUTRAL_S * every.rates[0])
+    rows = np.flatnonzero(first & (every.seen.mean(axis=1) >= LEAST_SHARE))
+    if not len(rows):
+        raise HandcleanError(
+            "calibrate-hand: the first second of the first take hardly shows a marker; "
+            "it should begin with the hand held still, flat, as in the scan"
+        )
+    return every.only(rows)
+
+
+def _moves(model: Model, every: Frames, moved_rad: float) -> bool:
+    """Whether several joints move enough to tell where they are."""
+    shown = np.flatnonzero(every.seen.mean(axis=1) >= LEAST_SHARE)
+    frames = every.only(shown)
+    frames = frames.only(thinned(frames, LOOKED_AT))
+    if len(frames) < LEAST_FRAMES:
+        return False
+    targets = np.where(frames.seen[:, :, None], frames.targets, np.nan)
+    angles = solve_markers(model, targets).poses[:, POSE_HEAD:]
+    low, high = np.percentile(angles, [5.0, 95.0], axis=0)
+    return int(np.count_nonzero(high - low > moved_rad)) >= LEAST_MOVED
