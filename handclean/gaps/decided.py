@@ -100,7 +100,7 @@ def decide(
         inverse kinematics weighs its prior with.
     follows : whether joints that nothing decides follow a posture subspace.
     """
-    stretches = _stretches(seen, expected)
+    stretches = stretches_of(seen, expected)
     starts = np.array([start for start, _ in stretches], dtype=np.int64)
     stops = np.array([stop for _, stop in stretches], dtype=np.int64)
     middles, here, hoped = poses[(starts + stops) // 2], seen[starts], expected[starts]
@@ -162,10 +162,10 @@ def same_finger(model: Model) -> Bools:
     return np.asarray(limb_of_marker[:, None] == limb_of_hinge)
 
 
-def _stretches(seen: Bools, expected: Bools) -> list[tuple[int, int]]:
-    """Frames that go together, as (start, stop)."""
-    frames = len(seen)
-    changes = np.any(np.diff(np.hstack([seen, expected]), axis=0), axis=1)
+def stretches_of(*marks: Bools) -> list[tuple[int, int]]:
+    """Frames in which marks (T, M) stay the same, not too many, as (start, stop)."""
+    frames = len(marks[0])
+    changes = np.any(np.diff(np.hstack(marks), axis=0), axis=1)
     regular = np.arange(0, frames, LONGEST)
     edges = np.union1d(np.flatnonzero(changes) + 1, np.append(regular, frames))
     return [(int(a), int(b)) for a, b in pairwise(edges)]

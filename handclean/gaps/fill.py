@@ -8,6 +8,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.errors import HandcleanError
 from handclean.gaps import baselines, follow
+from handclean.gaps.doubt import even_noise, marker_sigma_of_angles, zero_sigma
 from handclean.gaps.noise import marker_noise
 from handclean.gaps.posture import Posture, bridge_posture
 from handclean.gaps.runs import Gap, Limits, gaps_of, seen_in
@@ -16,7 +17,7 @@ from handclean.gaps.scene import Filler, Refused, Scene
 from handclean.gaps.settings import FillConfig
 from handclean.hand.model import Model, marker_positions
 from handclean.hand.subject import Subject
-from handclean.ik.plausible import plausible
+from handclean.ik.plausible import plausible, share_left
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution, markers_of, solve_markers
@@ -92,8 +93,9 @@ def fill(
     missing, so that filling twice is filling once. Measured samples come back bit for
     bit. What a tracker rejected (origin 3) and a fill replaces goes to the unlabelled
     points. Samples filled by the default method have a sigma: the root mean square
-    distance to be expected from the truth. The bridged motion comes with the take; its
-    hinges have no ``angles_sigma`` where neither markers nor a bridge decide them.
+    distance to be expected from the truth. The bridged motion comes with the take, and
+    ``angles_sigma``: what markers, paths and prior leave open and the constant error of
+    each joint's zero (see `doubt`); none where nothing tells of a joint.
 
     Parameters
     ----------
@@ -153,7 +155,14 @@ def fill(
         skeletons={**recording.skeletons, name: model.tree},
         motions={
             **recording.motions,
-            name: _motion(away, posture, solution, subject, prior=prior is not None),
+            name: _motion(
+                away,
+                posture,
+                solution,
+                subject,
+                _angles_sigma(subject, positions, posture, solution, noise, prior),
+                prior=prior is not None,
+            ),
         },
         events=_events(recording, model, done.gaps, settings.method),
     )
@@ -190,8 +199,31 @@ def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
     return _Filled(gaps=judged, places=places, sigma=sigma)
 
 
+def _angles_sigma(
+    subject: Subject,
+    positions: Floats,
+    posture: Posture,
+    solution: Solution,
+    noise: Floats,
+    prior: PosturePrior | None,
+) -> Floats:
+    """(T, D) [rad] standard deviation of angles, see `doubt`."""
+    seen = seen_in(positions)
+    left = share_left(subject.model, seen)
+    noise = even_noise(noise, positions, solution.residual, left)
+    sigma = marker_sigma_of_angles(subject.model, posture.poses, seen, noise, prior)
+    sigma = np.where(posture.bridged, posture.sigma, sigma)
+    return np.asarray(np.sqrt(sigma**2 + zero_sigma(subject) ** 2))
+
+
 def _motion(
-    away: Floats, posture: Posture, solution: Solution, subject: Subject, *, prior: bool
+    away: Floats,
+    posture: Posture,
+    solution: Solution,
+    subject: Subject,
+    sigma: Floats,
+    *,
+    prior: bool,
 ) -> Motion:
     """Return the bridged motion.
 
@@ -210,7 +242,7 @@ def _motion(
     return motion_from_poses(
         subject.model.tree.hinges,
         posture.poses,
-        angles_sigma=posture.sigma,
+        angles_sigma=sigma,
         trusted=known & plausible(subject, seen, residual),
         residual=residual,
     )

@@ -1,0 +1,119 @@
+"""How uncertain joint angles are: ``angles_sigma``.
+
+Three things, added as variances:
+
+- What the markers in sight leave open, with their noise and the prior of the angles
+  (the posture subspace and strays off it, or a loose one without a prior). Markers that
+  a pose follows wherever they go have small residuals whatever their noise; so none is
+  believed to be quieter than all are together.
+- On a path through a gap, what the path may be off (see `posture`).
+- The zero. Where a bone with its markers is thought to be turned about its hinge, all
+  angles of a take are off by a constant, and residuals do not tell: marker places can
+  be turned with it. What holds the zero is how well places are known beforehand, the
+  further from the hinge the better ::
+
+      sigma_zero = s / sqrt(sum of squared distances, from the hinge's axis, of the
+                            markers and joints on the bone that it moves)
+
+  With one marker on the last bone of a finger that is several degrees. Simulated
+  subjects calibrated from a range-of-motion take have s = 0.7 to 2.5 mm over hinges
+  whose zeros are off by 0.6 to 6 degrees. A subject knows its s: the uncertainty of its
+  bones' lengths (RMS); on a template it is `TEMPLATE_M`.
+
+Share of angles within 1, 2, 3 sigma (simulated takes, subjects calibrated from their
+own range-of-motion takes, gaps of 0.25 s cut into four markers at once):
+
+    markers worn   decided by markers   bridged          open, following the prior
+    maycock26      0.64 0.93 0.99       0.67 0.93 0.99   0.62 0.90 0.94
+    schroeder17    0.68 0.92 1.00       0.71 0.94 0.99   0.66 0.85 0.94
+    dfki13         0.55 0.87 0.95       0.61 0.90 0.97   0.46 0.87 0.91
+    schroeder6     0.74 0.94 0.98       0.56 0.77 0.87   0.80 0.96 0.98
+
+Errors of one hinge are nearly the same in all frames: sigma is what to expect of a
+subject, not how much angles tremble. Two markers per finger (dfki13) may still be in
+the wrong one of two postures, which no variance says.
+"""
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats
+from handclean.gaps.decided import TOLD, prior_precision, stretches_of
+from handclean.hand.model import Model, jacobian
+from handclean.hand.subject import Subject
+from handclean.ik.prior import PosturePrior
+from handclean.ik.solve import UNKNOWN, precision_of, prior_arrays
+from handclean.tree import ROOT_DOFS
+
+CALIBRATED_M = 1.5e-3
+"""[m] how far places are off on a subject that does not say."""
+
+TEMPLATE_M = 6e-3
+"""[m] how far places are off on a hand that nobody measured."""
+
+LEAST_DISTANCE = 5e-3
+"""[m] nothing holds a zero worse than a place this far from the axis."""
+
+
+def zero_sigma(subject: Subject) -> Floats:
+    """(D,) [rad] standard deviation of the constant error of each hinge's angle."""
+    model = subject.model
+    known = [v for k, v in subject.errors.items() if k.endswith("_length_sigma_m")]
+    places = float(np.sqrt(np.mean(np.square(known)))) if known else CALIBRATED_M
+    if not subject.calibrated:
+        places = TEMPLATE_M
+    square = np.full(len(model.tree.hinges), LEAST_DISTANCE**2)
+    parents = np.asarray(model.tree.parents)
+    for hinge, bone in enumerate(model.tree.hinge_bone):
+        axis = model.tree.axes[hinge] / np.linalg.norm(model.tree.axes[hinge])
+        held = [model.at[model.bone == bone], model.tree.offsets[parents == bone]]
+        away = np.cross(axis, np.concatenate(held))
+        square[hinge] = max(float(np.sum(away * away)), square[hinge])
+    return np.asarray(places / np.sqrt(square))
+
+
+def even_noise(
+    noise: Floats, positions: Floats, residual: Floats, left: Floats
+) -> Floats:
+    """(M,) [m] noise of markers per axis, none less than that of all together.
+
+    Parameters
+    ----------
+    noise : (M,) [m] as `noise.marker_noise` says.
+    positions : (T, M, 3); residual : (T,) [m] RMS of the frames.
+    left : (T,) share of what markers say that poses do not absorb.
+    """
+    count = np.isfinite(positions).all(axis=2).sum(axis=1)
+    solved = np.isfinite(residual) & (count > 0)
+    if not solved.any():
+        return noise
+    square = np.median(residual[solved] ** 2 / (3.0 * left[solved]))
+    return np.asarray(np.maximum(noise, np.sqrt(square)))
+
+
+def marker_sigma_of_angles(
+    model: Model, poses: Floats, seen: Bools, noise: Floats, prior: PosturePrior | None
+) -> Floats:
+    """(T, D) [rad] what markers in sight and the prior leave open.
+
+    NaN where neither tells of a hinge.
+
+    Parameters
+    ----------
+    poses : (T, 7 + D); seen : (T, M); noise : (M,) [m] per axis.
+    """
+    hinges = len(model.tree.hinges)
+    precision = np.diag(prior_precision(hinges))
+    usual = np.diag(precision)[ROOT_DOFS:] ** -1.0
+    if prior is not None:
+        within = precision_of(prior_arrays(model, prior)[1])
+        precision[ROOT_DOFS:, ROOT_DOFS:] = within
+        usual = np.full(hinges, UNKNOWN**2)
+    out = np.zeros((len(poses), hinges))
+    for start, stop in stretches_of(seen):
+        here = seen[start]
+        slope = jacobian(model, poses[(start + stop) // 2])[here]
+        slope = (slope / noise[here, None, None]).reshape(-1, ROOT_DOFS + hinges)
+        variance = np.diag(np.linalg.inv(slope.T @ slope + precision))[ROOT_DOFS:]
+        told = variance <= (1.0 - TOLD) * usual
+        out[start:stop] = np.where(told, np.sqrt(variance), np.nan)
+    return out
