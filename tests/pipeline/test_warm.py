@@ -52,7 +52,7 @@ def test_warming_leaves_no_kernel_uncompiled():
     assert [len(kernel.signatures) for kernel in BY_HAND] == [1, 1, 1, 1]
     again = warm.warm(jobs=2)
     assert again["compiled"] == 0
-    assert again["loaded"] > 100
+    assert again["loaded"] > 10
 
 
 def test_two_processes_do_every_part_but_the_last():
