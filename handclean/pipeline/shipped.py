@@ -53,6 +53,8 @@ def make_data(folder: Path) -> list[Path]:
         "command": "learn subspace",
         "version": __version__,
         "settings": asdict(GRASPS),
+        "inputs": [f"simulate grasp, trials 1 to {GRASPS.trials}"],
+        "seed": GRASPS.seed,
     }
     write_prior(path, default_prior(), (entry,))
     return [*written, path, *make_template(folder)]
