@@ -68,11 +68,12 @@ def shipped_skin() -> Skin:
 
 
 def _surface(file: Mapping[str, Ints], prefix: str, own: list[int]) -> Surface:
+    vertices: Floats = 1e-6 * file[f"{prefix}vertices_um"].astype(np.float64)
     return Surface(
-        vertices=file[f"{prefix}vertices"].astype(np.float64),
+        vertices=vertices,
         faces=file[f"{prefix}faces"].astype(np.int64),
         bones=np.array(own)[file[f"{prefix}bone"]],
-        weights=file[f"{prefix}weights"].astype(np.float64),
+        weights=file[f"{prefix}weights_1e4"] / 1e4,
     )
 
 

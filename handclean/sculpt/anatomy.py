@@ -23,7 +23,7 @@ from handclean.hand.surface import rest_joints
 from handclean.hand.template import FINGERS, bone_frame, distal_length, template
 from handclean.sculpt.tubes import Tube, blend
 
-SPREAD = {"thumb": 0.0, "index": 13.0, "middle": 2.0, "ring": -9.0, "little": -22.0}
+SPREAD = {"thumb": 0.0, "index": 9.0, "middle": 1.0, "ring": -7.0, "little": -16.0}
 """[degrees] abduction of each finger while its skin is made, towards the thumb."""
 
 WEB = 0.42
@@ -35,12 +35,12 @@ _Row = tuple[int, float, float, float, float]
 
 _FINGER: tuple[_Row, ...] = (  # of the index finger
     (-1, 14.0, 9.0, 9.0, 10.0),
-    (0, 0.00, 9.6, 9.8, 11.0),
-    (0, 0.30, 9.3, 8.9, 10.6),
-    (0, 0.60, 8.9, 8.1, 9.8),
-    (0, 0.85, 9.2, 8.1, 8.6),
-    (1, 0.00, 9.6, 8.5, 7.8),
-    (1, 0.20, 9.1, 8.0, 8.3),
+    (0, 0.00, 10.0, 10.4, 11.0),
+    (0, 0.30, 9.4, 9.0, 11.0),
+    (0, 0.60, 8.9, 8.0, 10.4),
+    (0, 0.85, 9.2, 8.1, 8.8),
+    (1, 0.00, 9.6, 8.7, 7.5),
+    (1, 0.20, 9.1, 7.9, 8.4),
     (1, 0.55, 8.3, 6.9, 8.5),
     (1, 0.85, 8.3, 6.7, 7.3),
     (2, 0.00, 8.5, 6.9, 6.7),
@@ -63,21 +63,22 @@ _THUMB: tuple[_Row, ...] = (
     (2, 1.00, 8.0, 4.6, 7.2),
 )
 
-_GIRTH = {"thumb": 1.0, "index": 1.0, "middle": 1.01, "ring": 0.945, "little": 0.84}
+_GIRTH = {"thumb": 1.0, "index": 1.0, "middle": 1.01, "ring": 0.935, "little": 0.82}
 _TIP_CAP = {"thumb": 0.52, "index": 0.55, "middle": 0.52, "ring": 0.52, "little": 0.55}
 
 # Metacarpals: start (3), then half width, height, depth at the start and the knuckle.
 _METACARPALS = {
-    "index": ((13.0, 4.0, -1.0), (12.5, 12.0, 15.0), (12.8, 10.6, 14.2)),
-    "middle": ((3.0, 3.0, 0.0), (12.5, 12.5, 15.0), (12.2, 11.0, 15.6)),
-    "ring": ((-7.0, 3.0, -1.0), (12.5, 12.0, 15.0), (11.6, 10.6, 14.4)),
-    "little": ((-16.0, 4.0, -2.5), (12.5, 11.0, 14.0), (11.4, 9.6, 12.4)),
+    "index": ((13.0, 4.0, -1.0), (12.5, 11.0, 16.0), (12.3, 11.4, 16.0)),
+    "middle": ((3.0, 3.0, 0.0), (12.5, 11.5, 16.0), (12.2, 11.8, 17.4)),
+    "ring": ((-7.0, 3.0, -1.0), (12.5, 11.0, 16.0), (11.8, 11.4, 16.2)),
+    "little": ((-16.0, 4.0, -2.5), (12.5, 10.0, 15.0), (11.4, 10.2, 14.0)),
 }
 
 # Eminences: start, stop, half width, height, depth [mm] at the middle.
-_THENAR = ((13.0, 6.0, -13.0), (44.0, 48.0, -12.0), 14.0, 11.0, 12.5)
-_HYPOTHENAR = ((-21.0, 2.0, -10.0), (-33.0, 58.0, -10.0), 13.0, 11.0, 12.5)
-_HEEL = ((-14.0, 12.0, -12.0), (14.0, 12.0, -12.0), 12.0, 10.0, 9.0)
+_THENAR = ((13.0, 6.0, -13.0), (45.0, 50.0, -13.0), 15.0, 11.0, 16.0)
+_HYPOTHENAR = ((-21.0, 2.0, -10.0), (-34.0, 64.0, -10.0), 13.5, 11.0, 14.5)
+_PADS = ((30.0, 82.0, -6.5), (-39.0, 70.0, -8.5), 18.0, 6.0, 11.5)
+_HEEL = ((-14.0, 12.0, -12.0), (14.0, 12.0, -12.0), 13.0, 10.0, 11.0)
 
 _STUB = 25.0  # [mm] of wrist below the crease
 _WRIST = (  # y, half width, height, depth [mm]
@@ -134,7 +135,7 @@ class Anatomy:
         """(N,) [m] how far (N, 3) [m] places lie outside the hand."""
         out = self.palm_distance(points)
         for finger in self.fingers:
-            width = (9.0 if finger.name == "thumb" else 5.0) * _MM
+            width = (10.0 if finger.name == "thumb" else 6.0) * _MM
             out = blend(out, finger.tube.distance(points), width)
         for tube, width in self.webs:
             out = blend(out, tube.distance(points), width)
@@ -176,8 +177,9 @@ def anatomy() -> Anatomy:
     palm = [(_wrist(), 0.0)]
     for name, row in _METACARPALS.items():
         knuckle = knuckles[tree.bone(f"{name}_proximal")]
-        palm.append((_metacarpal(knuckle, *row), 8.0 * _MM))
-    palm += [(_mound(*row), 10.0 * _MM) for row in (_HEEL, _THENAR, _HYPOTHENAR)]
+        palm.append((_metacarpal(knuckle, *row), 13.0 * _MM))
+    mounds = (_HEEL, _THENAR, _HYPOTHENAR, _PADS)
+    palm += [(_mound(*row), 10.0 * _MM) for row in mounds]
     webs = [
         web for first, second in pairwise(fingers[1:]) for web in _web(first, second)
     ]
@@ -236,16 +238,17 @@ _Three = tuple[float, float, float]
 def _metacarpal(knuckle: Floats, start: _Three, first: _Three, last: _Three) -> Tube:
     origin = np.array(start) * _MM
     size = float(np.linalg.norm(knuckle - origin))
-    half, back, palm = _MM * np.array([first, first, last, last]).T
-    # The back dips between the wrist and the knuckle, the palm is hollow.
+    # The palm is hollow, the head of the bone tapers into the finger.
+    middle = 0.5 * (np.array(first) + np.array(last)) * [0.98, 0.97, 0.86]
+    half, back, palm = _MM * np.array([first, first, middle, last, last]).T
     return Tube(
         origin=origin,
         frame=_frame(knuckle - origin, np.array([0.0, 0.0, 1.0])),
-        at=np.array([-10.0 * _MM, 0.0, size, size + 9.0 * _MM]),
+        at=np.array([-10.0 * _MM, 0.0, 0.55 * size, size, size + 16.0 * _MM]),
         half=half,
         back=back,
         palm=palm,
-        caps=(10.0 * _MM, 9.0 * _MM),
+        caps=(10.0 * _MM, 21.0 * _MM),
     )
 
 
@@ -291,11 +294,14 @@ def _at(finger: Finger, along: float, back: float) -> Floats:
 
 
 def _web(first: Finger, second: Finger) -> list[tuple[Tube, float]]:
-    """Return the web between two fingers: its edge, and what fills it to the palm."""
+    """Return the web between two fingers: its edge, and what fills it to the palm.
+
+    Blending rounds its edge, which brings it further out.
+    """
     out = []
     for share, sizes, low in (
-        (WEB, (6.0, 2.5, 5.5), -3.5),
-        (0.12, (8.0, 6.0, 9.0), -1.0),
+        (WEB - 0.05, (6.5, 3.0, 7.5), -3.5),
+        (0.10, (9.0, 6.0, 12.0), -1.0),
     ):
         start, stop = (
             _at(finger, share * finger.joints[1] - sizes[0] * _MM, low * _MM)
@@ -307,17 +313,27 @@ def _web(first: Finger, second: Finger) -> list[tuple[Tube, float]]:
 
 
 def _thumb_web(fingers: tuple[Finger, ...]) -> list[tuple[Tube, float]]:
-    """Return the sheets between the thumb and the palm."""
+    """Return the wedge of flesh between the thumb's and the index finger's metacarpals.
+
+    It runs from their bases between them, widening as they part.
+    """
     thumb = fingers[0].tube
-    out = []
-    for share, index, sizes in (
-        (0.95, (19.0, 60.0, -4.0), (9.0, 6.0, 7.0)),
-        (0.60, (16.0, 46.0, -3.0), (11.0, 8.5, 9.0)),
-        (0.25, (12.0, 28.0, -3.0), (11.0, 10.0, 10.0)),
-    ):
-        y = share * fingers[0].joints[1]
-        at = thumb.origin + thumb.frame @ np.array([0.0, y, 0.0])
-        stop = np.array(index) * _MM
-        sheet = _across(at, stop, (0.6, 0.8, 0.0), np.array(sizes))
-        out.append((sheet, 8.0 * _MM))
-    return out
+    along = np.array([0.40, 0.88, 0.02])
+    rows = (  # along, half width, height, depth [mm]
+        (-6.0, 8.0, 10.0, 10.0),
+        (0.0, 8.0, 10.0, 10.0),
+        (22.0, 11.0, 9.5, 10.0),
+        (44.0, 15.5, 6.0, 7.0),
+        (48.0, 15.5, 5.0, 6.0),
+    )
+    y, half, back, palm = _MM * np.array(rows).T
+    wedge = Tube(
+        origin=thumb.origin + np.array([-2.0, 2.0, 4.0]) * _MM,
+        frame=_frame(along, np.array([-0.15, 0.0, 1.0])),
+        at=y,
+        half=half,
+        back=back,
+        palm=palm,
+        caps=(6.0 * _MM, 7.0 * _MM),
+    )
+    return [(wedge, 10.0 * _MM)]

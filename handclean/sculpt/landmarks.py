@@ -18,7 +18,6 @@ _ON_FINGERS = {
     "thumb_knuckle": ("thumb", 1, 0.0, 1.0),
     "index_pip": ("index", 1, 0.0, 1.0),
     "middle_pip": ("middle", 1, 0.0, 1.0),
-    "ring_pip": ("ring", 1, 0.0, 1.0),
     "little_pip": ("little", 1, 0.0, 1.0),
     "index_knuckle": ("index", 0, 0.0, 1.0),
     "middle_knuckle": ("middle", 0, 0.0, 1.0),
@@ -93,7 +92,7 @@ def nails(anatomy: Anatomy, vertices: Floats) -> Bools:
         x, y, z = finger.tube.local(vertices).T
         joint, tip = finger.joints[2:]
         share = (y - joint) / (tip - joint)
-        narrow = np.abs(x) < 0.8 * finger.tube.half[-2]
-        on = (share > 0.42) & (share < 0.93) & narrow & (z > 0.0)
+        narrow = np.abs(x) < 0.7 * finger.tube.half[-2]
+        on = (share > 0.42) & (share < 0.88) & narrow & (z > 0.0)
         out |= on & (finger.tube.distance(vertices) < 2e-3)
     return out

@@ -5,6 +5,9 @@ a wanted edge length l, edges over 4/3 l are split at their middle, edges under 
 collapse into theirs, edges are flipped where that brings their four vertices nearer to
 six neighbours, and vertices move along the surface to the mean of their neighbours.
 Every step keeps a closed manifold closed and manifold.
+
+Lengths may count elsewhere than where the surface is known: the hand is modelled with
+its fingers spread, and its triangles should be even when they are not.
 """
 
 from collections.abc import Callable
@@ -16,6 +19,7 @@ from handclean.arrays import Floats, Ints
 from handclean.hand.surface import edges_of, vertex_normals
 
 Project = Callable[[Floats], Floats]
+Measured = Callable[[Floats], tuple[Floats, Floats]]
 
 _Place = tuple[float, float, float]
 
@@ -23,10 +27,14 @@ _LONG, _SHORT = 4.0 / 3.0, 4.0 / 5.0
 
 
 class _Mesh:
-    """A closed mesh that can be cut: triangles by number, and those of each vertex."""
+    """A closed mesh that can be cut: triangles by number, and those of each vertex.
 
-    def __init__(self, vertices: Floats, faces: Ints) -> None:
-        self.at: list[_Place] = [(x, y, z) for x, y, z in vertices.tolist()]
+    Vertices are ``own`` on the surface, and ``at`` where lengths count.
+    """
+
+    def __init__(self, vertices: Floats, faces: Ints, at: Floats) -> None:
+        self.own: list[_Place] = [(x, y, z) for x, y, z in vertices.tolist()]
+        self.at: list[_Place] = [(x, y, z) for x, y, z in at.tolist()]
         self.faces: dict[int, tuple[int, int, int]] = {
             n: (int(a), int(b), int(c)) for n, (a, b, c) in enumerate(faces)
         }
@@ -75,11 +83,16 @@ class _Mesh:
         number = np.full(len(self.at), -1)
         number[used] = np.arange(len(used))
         out: Ints = number[faces]
-        return np.array(self.at)[used], out
+        return np.array(self.own)[used], out
 
 
 def remesh(
-    vertices: Floats, faces: Ints, edge: float, project: Project, rounds: int = 8
+    vertices: Floats,
+    faces: Ints,
+    edge: float,
+    project: Project,
+    measured: Measured,
+    rounds: int = 8,
 ) -> tuple[Floats, Ints]:
     """Return a closed mesh with edges of about one length.
 
@@ -88,32 +101,38 @@ def remesh(
     vertices, faces : (V, 3) [m], (F, 3) a closed manifold.
     edge : [m] wanted length.
     project : brings (V, 3) [m] places back onto the surface.
+    measured : (V, 3) [m] where lengths count, of (V, 3) [m] places; and the turns
+        (V, 3, 3) from there to the places.
     """
     for _ in range(rounds):
-        mesh = _Mesh(vertices, faces)
+        mesh = _Mesh(vertices, faces, measured(vertices)[0])
         _split(mesh, _LONG * edge)
         _collapse(mesh, _SHORT * edge, _LONG * edge)
         _flip(mesh)
         vertices, faces = mesh.arrays()
-        vertices = relax(vertices, faces, project, 3)
-    mesh = _Mesh(vertices, faces)
+        vertices = relax(vertices, faces, project, measured, 3)
+    mesh = _Mesh(vertices, faces, measured(vertices)[0])
     _flip(mesh)
     vertices, faces = mesh.arrays()
-    return relax(vertices, faces, project, 20), faces
+    return relax(vertices, faces, project, measured, 20), faces
 
 
-def relax(vertices: Floats, faces: Ints, project: Project, rounds: int) -> Floats:
+def relax(
+    vertices: Floats, faces: Ints, project: Project, measured: Measured, rounds: int
+) -> Floats:
     """(V, 3) [m] vertices moved along the surface to the mean of their neighbours."""
     ends = edges_of(faces)
     both = np.vstack([ends, ends[:, ::-1]])
     degree = np.bincount(both[:, 0], minlength=len(vertices))
     for _ in range(rounds):
+        at, turn = measured(vertices)
         mean = np.zeros(vertices.shape)
         for k in range(3):
-            mean[:, k] = np.bincount(both[:, 0], vertices[both[:, 1], k]) / degree
-        normal = vertex_normals(vertices, faces)
-        step = mean - vertices
+            mean[:, k] = np.bincount(both[:, 0], at[both[:, 1], k]) / degree
+        normal = vertex_normals(at, faces)
+        step = mean - at
         step -= (step * normal).sum(axis=1, keepdims=True) * normal
+        step = np.einsum("vij,vj->vi", turn, step)
         vertices = project(vertices + 0.6 * step)
     return vertices
 
@@ -125,6 +144,7 @@ def _split(mesh: _Mesh, longest: float) -> None:
         left, right, above, below = mesh.across(a, b)
         middle = len(mesh.at)
         mesh.at.append(_middle(mesh.at[a], mesh.at[b]))
+        mesh.own.append(_middle(mesh.own[a], mesh.own[b]))
         mesh.of.append(set())
         mesh.drop(left)
         mesh.drop(right)
@@ -157,6 +177,7 @@ def _collapse(mesh: _Mesh, shortest: float, longest: float) -> None:
             mesh.drop(n)
             mesh.add(*(a if v == b else v for v in face))
         mesh.at[a] = middle
+        mesh.own[a] = _middle(mesh.own[a], mesh.own[b])
         gone.add(b)
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.hand.surface import is_closed
 from handclean.hand.template import template
 from handclean.sculpt.anatomy import Anatomy, anatomy
 from handclean.sculpt.landmarks import landmark_vertices, nails
@@ -18,10 +17,10 @@ from handclean.sculpt.remesh import remesh
 from handclean.sculpt.tetrahedra import closed_mesh
 from handclean.sculpt.weights import closed_up, finger_shares, skin_weights
 
-EDGE = 0.00207
+EDGE = 0.00203
 """[m] wanted edge length, for about 12 000 vertices."""
 
-COARSE_EDGE = 0.00414
+COARSE_EDGE = 0.00406
 """[m] the same of the coarse twin, for about 3 000."""
 
 _CELL = 0.002
@@ -38,7 +37,7 @@ def make_template(
     edge, coarse : [m] wanted edge lengths.
     """
     flesh = anatomy()
-    vertices, faces = spread_mesh(flesh, edge)
+    vertices, faces = evened(flesh, *spread_mesh(flesh), edge)
     landmarks = landmark_vertices(flesh, vertices)
     arrays = {
         "bones": np.array(list(template("left").bones)),
@@ -46,20 +45,29 @@ def make_template(
         "nails": nails(flesh, vertices),
         "landmark_names": np.array(list(landmarks)),
         "landmarks": np.array(list(landmarks.values()), dtype=np.int32),
-        **_arrays(flesh, *spread_mesh(flesh, coarse), "coarse_"),
+        **_arrays(flesh, *evened(flesh, vertices, faces, coarse), "coarse_"),
     }
     mesh, toml = folder / "template_hand.npz", folder / "template_landmarks.toml"
     np.savez_compressed(mesh, allow_pickle=False, **arrays)
-    toml.write_text(landmark_text(landmarks, arrays["vertices"]))
+    toml.write_text(landmark_text(landmarks, 1e-6 * arrays["vertices_um"]))
     return [mesh, toml]
 
 
-def spread_mesh(flesh: Anatomy, edge: float) -> tuple[Floats, Ints]:
-    """Return the spread hand's skin: vertices (V, 3) [m] and faces (F, 3)."""
-    vertices, faces = closed_mesh(flesh.distance, _LOW, _HIGH, min(_CELL, edge))
-    assert is_closed(faces), "the grid should be fine enough for the webs"
-    vertices = flesh.onto_skin(vertices, steps=3)
-    vertices, faces = remesh(vertices, faces, edge, flesh.onto_skin)
+def spread_mesh(flesh: Anatomy) -> tuple[Floats, Ints]:
+    """Return the spread hand's skin, raw: vertices (V, 3) [m] and faces (F, 3)."""
+    vertices, faces = closed_mesh(flesh.distance, _LOW, _HIGH, _CELL)
+    return flesh.onto_skin(vertices, steps=3), faces
+
+
+def evened(
+    flesh: Anatomy, vertices: Floats, faces: Ints, edge: float
+) -> tuple[Floats, Ints]:
+    """Return the spread hand's skin in triangles that are even in the zero posture."""
+
+    def measured(places: Floats) -> tuple[Floats, Floats]:
+        return closed_up(flesh, places, finger_shares(flesh, places))
+
+    vertices, faces = remesh(vertices, faces, edge, flesh.onto_skin, measured)
     return flesh.onto_skin(vertices, steps=3), faces
 
 
@@ -68,12 +76,12 @@ def _arrays(
 ) -> dict[str, Floats]:
     shares = finger_shares(flesh, vertices)
     bone, weights = skin_weights(shares)
-    zero = closed_up(flesh, vertices, shares)
+    zero, _ = closed_up(flesh, vertices, shares)
     return {
-        f"{prefix}vertices": np.round(zero, 6),
-        f"{prefix}faces": faces.astype(np.int32),
+        f"{prefix}vertices_um": np.round(1e6 * zero).astype(np.int32),
+        f"{prefix}faces": faces.astype(np.uint16),
         f"{prefix}bone": bone.astype(np.uint8),
-        f"{prefix}weights": weights,
+        f"{prefix}weights_1e4": weights.astype(np.uint16),
     }
 
 

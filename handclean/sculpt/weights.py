@@ -13,6 +13,9 @@ from handclean.arrays import Floats, Ints
 from handclean.hand.surface import MOST_BONES
 from handclean.sculpt.anatomy import Anatomy, Finger, turn_of
 
+WHOLE = 10_000
+"""What the shares of a vertex sum to."""
+
 _MM = 1e-3
 _REACH = {"thumb": (11.0, 11.0, 9.0), "index": (10.0, 8.5, 7.0)}
 """[mm] how far from a joint the skin follows both bones, on thumb and index finger."""
@@ -63,29 +66,34 @@ def _along(finger: Finger, points: Floats) -> Floats:
     )
 
 
-def skin_weights(shares: list[Floats]) -> tuple[Ints, Floats]:
-    """(V, 4) bones and (V, 4) shares, the largest first; the hand has the rest."""
+def skin_weights(shares: list[Floats]) -> tuple[Ints, Ints]:
+    """(V, 4) bones and shares of `WHOLE`, largest first; the hand has the rest."""
     full = np.hstack([np.zeros((len(shares[0]), 1)), *shares])
     full[:, 0] = np.maximum(1.0 - full.sum(axis=1), 0.0)
     bones = np.argsort(-full, axis=1, kind="stable")[:, :MOST_BONES]
-    weights = np.take_along_axis(full, bones, axis=1)
-    weights = np.round(weights / weights.sum(axis=1, keepdims=True), 4)
-    weights[:, 0] = 1.0 - weights[:, 1:].sum(axis=1)
+    part = np.take_along_axis(full, bones, axis=1)
+    part *= WHOLE / part.sum(axis=1, keepdims=True)
+    weights = np.round(part).astype(np.int64)
+    weights[:, 0] = WHOLE - weights[:, 1:].sum(axis=1)
+    order = np.argsort(-weights, axis=1, kind="stable")
+    bones, weights = (np.take_along_axis(n, order, axis=1) for n in (bones, weights))
     return bones, weights
 
 
-def closed_up(anatomy: Anatomy, points: Floats, shares: list[Floats]) -> Floats:
+def closed_up(
+    anatomy: Anatomy, points: Floats, shares: list[Floats]
+) -> tuple[Floats, Floats]:
     """(V, 3) [m] skin in the zero posture: linear blend skinning turned round.
 
     The spread posture carries a place v of the zero posture to A v + t, with A and t
-    the bones' turns and shifts by its shares; here v is solved for.
+    the bones' turns and shifts by its shares; here v is solved for. Returns A, too.
     """
     turn: Floats = np.tile(np.eye(3), (len(points), 1, 1))
-    shift = np.zeros(points.shape)
+    shift: Floats = np.zeros(points.shape)
     for finger, share in zip(anatomy.fingers, shares, strict=True):
         part, knuckle = share.sum(axis=1), finger.tube.origin
         rotation = turn_of(finger.name)
-        turn = turn + part[:, None, None] * (rotation - np.eye(3))
-        shift += part[:, None] * (knuckle - rotation @ knuckle)
-    out: Floats = np.linalg.solve(turn, (points - shift)[:, :, None])[:, :, 0]
-    return out
+        turn += np.multiply.outer(part, rotation - np.eye(3)).astype(np.float64)
+        shift += np.multiply.outer(part, knuckle - rotation @ knuckle)
+    zero = np.linalg.solve(turn, (points - shift)[:, :, None])[:, :, 0]
+    return zero.astype(np.float64), turn
