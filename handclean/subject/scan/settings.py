@@ -38,9 +38,10 @@ class ScanConfig:
             raise ValueError(
                 f"least_landmarks should be 4 or more, not {self.least_landmarks}"
             )
-        for name in ("rounds", "steps"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} should be >= 1, not {getattr(self, name)}")
+        if self.rounds < 0:
+            raise ValueError(f"rounds should be >= 0, not {self.rounds}")
+        if self.steps < 1:
+            raise ValueError(f"steps should be >= 1, not {self.steps}")
         for name in ("lonely", "gap_m", "far_m", "normal_rad", "reach_m"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} should be > 0, not {getattr(self, name)}")

@@ -154,7 +154,8 @@ def test_simulated_scans_come_out_to_a_millimetre():
 
 def test_settings_are_checked():
     for wrong in (
-        {"rounds": 0},
+        {"rounds": -1},
+        {"steps": 0},
         {"least_landmarks": 3},
         {"soft": 1.0},
         {"reach_m": 0.0},
