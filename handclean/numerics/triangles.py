@@ -67,10 +67,13 @@ def box_tree(vertices: Floats, faces: Ints) -> BoxTree:
         parts = 1 << level
         starts = np.arange(parts) * count // parts
         here = middles[order]
-        extent = np.maximum.reduceat(here, starts) - np.minimum.reduceat(here, starts)
+        low = np.minimum.reduceat(here, starts)
+        extent = np.maximum.reduceat(here, starts) - low
+        axis = extent.argmax(axis=1)
         part = np.repeat(np.arange(parts), np.diff([*starts, count]))
-        key = here[np.arange(count), extent.argmax(axis=1)[part]]
-        order = order[np.lexsort((key, part))]
+        key = here[np.arange(count), axis[part]] - low[part, axis[part]]
+        size = np.maximum(extent.max(axis=1), 1e-300)
+        order = order[np.argsort(part + 0.999 * key / size[part], kind="stable")]
     leaves = 1 << depth
     return BoxTree(
         faces=np.ascontiguousarray(faces[order], dtype=np.int64),
