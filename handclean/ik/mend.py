@@ -41,8 +41,27 @@ REACH = 60
 NEAR = 1.01
 """A softened frame's RMS over its optimum, at most."""
 
-HOPELESS = 40.0
+HOPELESS = 20.0
 """By how much a way may be worse before it is given up."""
+
+
+@jit
+def is_any(one: Bools, two: Bools) -> bool:
+    """Whether both are true anywhere."""
+    found = False
+    for d in range(one.shape[0]):
+        found = found or (one[d] and two[d])
+    return found
+
+
+@jit
+def jumps(poses: Floats) -> bool:
+    """Whether any hinge jumps in a take of poses (T, 7 + D)."""
+    for t in range(1, poses.shape[0]):
+        for n in range(7, poses.shape[1]):
+            if abs(poses[t, n] - poses[t - 1, n]) > JUMP:
+                return True
+    return False
 
 
 @jit
@@ -237,20 +256,22 @@ def mend_open(
         for d in range(hinges):
             moves[d] = limb[d] == first
         start = 0
-        for t in range(1, poses.shape[0]):
-            if not np.any(moves & opened[t]):
+        for t in range(poses.shape[0]):
+            if is_any(moves, opened[t]):
+                continue
+            if 0 < start < t and t - start <= REACH:
                 jump = 0.0
                 for s in (start, t):
                     for d in range(hinges):
-                        if moves[d] and s > 0:
+                        if moves[d]:
                             step = abs(poses[s, 7 + d] - poses[s - 1, 7 + d])
                             jump = max(jump, step)
-                if 0 < start < t and t - start <= REACH and jump > JUMP:
+                if jump > JUMP:
                     bridge(
                         start, t, moves, targets, weight, tree, k, numbers, iterations,
                         noise, poses, residual, path, found,
                     )  # fmt: skip
-                start = t + 1
+            start = t + 1
 
 
 @jit

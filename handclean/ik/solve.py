@@ -9,7 +9,7 @@ from handclean.errors import HandcleanError
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.ik.frames import solve_frames
-from handclean.ik.mend import JUMP, mend
+from handclean.ik.mend import jumps, mend
 from handclean.ik.plausible import plausible, share_left
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
@@ -24,6 +24,9 @@ it 68 to 76 % of the errors of simulated sets of six markers lie within one sd, 
 
 QUIETEST = 1e-4
 """[m] noise of the markers per axis is not believed to be less."""
+
+TASTED = 200
+"""Frames that tell the noise of a take."""
 
 UNKNOWN = 1.0
 """[rad] the same of a hinge that the prior does not know."""
@@ -157,7 +160,7 @@ def solve_markers(
         trusted,
         steps,
     )
-    if np.any(np.abs(np.diff(poses[:, POSE_HEAD:], axis=0)) > JUMP):
+    if jumps(poses):
         mend(
             targets,
             weights,
@@ -184,9 +187,10 @@ def _limbs(model: Model) -> Ints:
 
 def _noise(model: Model, targets: Floats, residual: Floats) -> float:
     """[m] noise of the markers per axis, from what is usually left of it."""
-    solved = np.isfinite(residual)
-    if not solved.any():
+    solved = np.flatnonzero(np.isfinite(residual))
+    if len(solved) == 0:
         return QUIETEST
+    solved = solved[:: max(len(solved) // TASTED, 1)]
     seen = np.asarray(np.isfinite(targets[solved]).all(axis=2))
     square = residual[solved] ** 2 / (3.0 * share_left(model, seen))
     return max(float(np.sqrt(np.median(square))), QUIETEST)
