@@ -51,7 +51,9 @@ def test_closest_points_improve_on_noisy_landmarks(template, rng):
     pose = some_pose(true.tree, rng)
     there = posed(true.surface, true.tree, pose[None])[0]
     cloud = Cloud(points=there, normals=vertex_normals(there, true.surface.faces))
-    places = there[true.landmarks] + rng.normal(scale=0.004, size=(21, 3))
+    places = there[true.landmarks] + rng.normal(
+        scale=0.004, size=(len(template.landmarks), 3)
+    )
     start = to_landmarks(template, places)
     found = to_cloud(start, places, cloud, 12, 0.012, 0.9)
     off = [
