@@ -25,7 +25,7 @@ from handclean.io.rotations import (
     matrix_from_euler,
     matrix_from_quaternion,
 )
-from handclean.io.writing import motions_of, rows, write_lines
+from handclean.io.writing import held_poses, motions_of, rows, write_lines
 from handclean.recording import Recording
 from handclean.tree import MIRROR, JointTree
 
@@ -192,7 +192,7 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
         for hinge in tree.hinges:
             if hinge not in motion.names:
                 raise UnknownNameError(path, "joint angle", hinge, motion.names)
-        held, missing = _held(motion.poses)
+        held, missing = held_poses(motion.poses)
         if missing == len(held):
             raise FileError(path, f"cannot be written: motion '{name}' is all missing")
         if missing:
@@ -212,19 +212,6 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
     body = rows(table, [9] * table.shape[1], " ")
     write_lines(path, chain(["HIERARCHY"], hierarchy, motion_lines, body))
     return tuple(notes)
-
-
-def _held(poses: Floats) -> tuple[Floats, int]:
-    """(T, 7 + D) poses with the last known one in place of NaN; how many were NaN.
-
-    What is missing at the start takes the first known pose.
-    """
-    known = np.isfinite(poses).all(axis=1)
-    if not known.any():
-        return poses, len(poses)
-    last = np.maximum.accumulate(np.where(known, np.arange(len(poses)), -1))
-    last[last < 0] = np.argmax(known)
-    return poses[last], int(np.count_nonzero(~known))
 
 
 def _joint_lines(offset: Floats, root: bool, depth: int) -> list[str]:

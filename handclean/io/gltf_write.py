@@ -30,7 +30,7 @@ from handclean.hand.surface import Surface, rest_joints, vertex_normals
 from handclean.hand.template import FINGERS, bone_frame, distal_length
 from handclean.hand.template_surface import template_surface
 from handclean.io.gltf_block import INDICES, VERTICES, Block, write_file
-from handclean.io.writing import motions_of
+from handclean.io.writing import held_poses, motions_of
 from handclean.recording import Recording
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
@@ -102,7 +102,7 @@ def write_glb(
                 raise UnknownNameError(path, "joint angle", hinge, motion.names)
         columns = [POSE_HEAD + motion.names.index(hinge) for hinge in tree.hinges]
         poses = motion.poses[:, [*range(POSE_HEAD), *columns]]
-        held, missing = _held(poses)
+        held, missing = held_poses(poses)
         if missing == len(held):
             raise FileError(path, f"cannot be written: motion '{name}' is all missing")
         if missing:
@@ -227,16 +227,6 @@ def _product(one: Floats, two: Floats) -> Floats:
     (a, b), (v, w) = (one[:, :3], two[:, :3]), (one[:, 3:], two[:, 3:])
     head = v * b + w * a + np.cross(a, b)
     return np.hstack([head, v * w - np.sum(a * b, axis=1, keepdims=True)])
-
-
-def _held(poses: Floats) -> tuple[Floats, int]:
-    """(T, 7 + D) poses with the last known one in place of NaN; how many were NaN."""
-    known = np.isfinite(poses).all(axis=1)
-    if not known.any():
-        return poses, len(poses)
-    last = np.maximum.accumulate(np.where(known, np.arange(len(poses)), -1))
-    last[last < 0] = np.argmax(known)
-    return poses[last], int(np.count_nonzero(~known))
 
 
 def _bone_nodes(hand: SkinnedHand, turns: Floats, start: int) -> list[dict[str, Any]]:

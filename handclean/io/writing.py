@@ -86,6 +86,19 @@ def motions_of(path: Path, recording: Recording) -> Mapping[str, Motion]:
     return recording.motions
 
 
+def held_poses(poses: Floats) -> tuple[Floats, int]:
+    """(T, 7 + D) poses with the last known one in place of NaN; how many were NaN.
+
+    What is missing at the start takes the first known pose.
+    """
+    known = np.isfinite(poses).all(axis=1)
+    if not known.any():
+        return poses, len(poses)
+    last = np.maximum.accumulate(np.where(known, np.arange(len(poses)), -1))
+    last[last < 0] = np.argmax(known)
+    return poses[last], int(np.count_nonzero(~known))
+
+
 def rows(
     numbers: Floats, decimals: Sequence[int], delimiter: str, missing: str = ""
 ) -> Iterator[str]:
