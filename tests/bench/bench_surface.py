@@ -2,7 +2,7 @@
 
     python tests/bench/bench_surface.py
 
-Everything on one core, one thread of BLAS, the best of several runs. Skinning: 200
+One core, one thread of BLAS, processor time, the best of several runs. Skinning: 200
 frames of the template on the 16 bones of the hand, at most four bones a vertex. "one
 product" is the same work as one matrix product, (V, 4 B) x (4 B, 3 T), with the first
 matrix made beforehand; "a product a frame" is the same one frame at a time; "einsum" is
@@ -42,13 +42,13 @@ FRAMES = 200
 
 
 def best(work, times=5):
-    """[s] of the fastest of some runs, after one that does not count."""
+    """[s] of the processor in the best of some runs, after one that does not count."""
     work()
     spent = []
     for _ in range(times):
-        start = time.perf_counter()
+        start = time.process_time()
         work()
-        spent.append(time.perf_counter() - start)
+        spent.append(time.process_time() - start)
     return min(spent)
 
 
