@@ -117,6 +117,12 @@ class Found:
     rms: float
 
 
+def good(one: Found) -> bool:
+    """Whether a fit is as close as the model promises, with hardly a marker missing."""
+    usual = float(np.sqrt(np.mean(one.thing.sigma**2)))
+    return one.rms < 1.25 * usual + 3e-4 and float(np.mean(one.chosen < 0)) <= 0.1
+
+
 def principal_axes(points: Floats) -> tuple[Floats, Floats, Floats]:
     """Mean (3,), right-handed axes (3, 3) as columns, and extents (3,) along them."""
     middle = points.mean(axis=0)
@@ -166,6 +172,9 @@ GATES = (0.06, 0.035)
 REACH = 0.1
 """[m] how far a finger may be from its points when the rest of the hand stands."""
 
+PLAIN = 2.0
+"""Cost per marker below which a bent alignment may be all there is to find."""
+
 FINALISTS = 5
 """How many of the bent alignments are worth a closer look."""
 
@@ -195,21 +204,28 @@ def search(
 
     Returns
     -------
-    The ways found, no two with the same assignment, the best first.
+    The ways found, no two with the same assignment, the best first; or only one, as
+    soon as it is good.
     """
     starts = _stiff(points, thing, postures, rotations)
     starts.sort(key=lambda start: start[0])
     bent: dict[bytes, _Bent] = {}
+    ways: dict[bytes, Found] = {}
     for _, pose, sized in starts[:keep]:
         kit = kit_of(sized, rules, solving)
         state = new_state(len(thing.sigma), len(thing.mean))
         least = narrow(kit)
         cost = bend(pose, points, state, kit, kit.basis, max(GATES[1], least), least)
+        if cost < PLAIN * len(thing.sigma):
+            way = _finished(points, _Bent(cost, pose, state, kit, sized), frame, alpha)
+            if good(way):
+                return [way]
+            ways.setdefault(way.chosen.tobytes(), way)
+            continue
         same = bent.get(state.chosen.tobytes())
         if np.isfinite(cost) and (same is None or cost < same.cost):
             bent[state.chosen.tobytes()] = _Bent(cost, pose, state, kit, sized)
     best = sorted(bent.values(), key=lambda one: one.cost)[:FINALISTS]
-    ways: dict[bytes, Found] = {}
     for one in best:
         way = _finished(points, one, frame, alpha)
         ways.setdefault(way.chosen.tobytes(), way)

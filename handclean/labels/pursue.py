@@ -4,7 +4,7 @@ import numpy as np
 
 from handclean.arrays import Ints
 from handclean.ik.settings import SolveConfig
-from handclean.labels.align import Found, search
+from handclean.labels.align import Found, good, search
 from handclean.labels.kit import (
     Kit,
     Rules,
@@ -17,10 +17,12 @@ from handclean.labels.kit import (
 )
 from handclean.labels.links import path_links
 from handclean.labels.models import Sought
+from handclean.labels.paths import paths_of
 from handclean.labels.points import Cloud
 from handclean.labels.repair import repair
-from handclean.labels.review import paths_of, refit, review, usual_variance
+from handclean.labels.review import Scene, refit, review
 from handclean.labels.settings import LabelConfig
+from handclean.labels.suppose import measure, measured, usual_variance
 from handclean.labels.track import follow
 
 STEADFAST = 0.98
@@ -84,12 +86,6 @@ def find(
     return ways[0] if ways else None
 
 
-def good(one: Found) -> bool:
-    """Whether a fit is as close as the model promises, with hardly a marker missing."""
-    usual = float(np.sqrt(np.mean(one.thing.sigma**2)))
-    return one.rms < 1.25 * usual + 3e-4 and float(np.mean(one.chosen < 0)) <= 0.1
-
-
 def pursue(
     cloud: Cloud,
     found: Found,
@@ -141,12 +137,15 @@ def _review(cloud: Cloud, after: Ints, before: Ints, kit: Kit, trace: Trace) -> 
     if np.mean(paths.name[after[rows]] == paths.name[rows]) < STEADFAST:
         return
     way = Way(cloud.at, cloud.start, before)
-    kit = kit._replace(variance=usual_variance(way, trace, kit))
+    places, squares = measured(way, kit, trace)
+    kit = kit._replace(variance=usual_variance(squares, kit))
     state = new_state(trace.chosen.shape[1], len(kit.mean))
+    scene = Scene(paths, way, state, kit, trace, places)
     for _ in range(REVIEWS):
-        if review(paths, way, state, kit, trace) == 0:
+        if review(scene, squares) == 0:
             break
-        refit(paths, way, state, kit, trace)
+        refit(scene)
+        measure(way, kit, trace, places, squares)
 
 
 def _run(

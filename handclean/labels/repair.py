@@ -26,23 +26,27 @@ from handclean.labels.kit import (
     make_trace,
     new_book,
     new_state,
-    put,
 )
 from handclean.labels.models import Sought
 from handclean.labels.settings import LabelConfig
+from handclean.labels.suppose import measured
 from handclean.labels.track import follow
 
 AROUND = 2
 """Frames on either side over which the cost is averaged."""
 
 SUSPECTS, STRANGERS = 30, 6
-"""How many bad frames are looked at again; how many as if nothing were known."""
+"""How many bad frames are looked at again, at most; how many as if nothing were
+known, one and another for every ``2 * EACH`` frames."""
 
 EXPECTED = 2.0
 """Cost per assigned marker that is not worth a look, whatever the others cost."""
 
 HOPELESS = 8
-"""Looks without success in a row after which no more are taken."""
+"""Looks without success in a row after which no more are taken, at most."""
+
+EACH = 1000
+"""Frames that add one to the looks without success that are allowed, from two on."""
 
 STRANGE = 2.5
 """Cost per assigned marker at which nothing that is known may be right."""
@@ -54,7 +58,6 @@ STRETCH = 200
 """Frames that are followed before it is asked whether to go on."""
 
 
-@jit
 def amend(t: int, way: Way, s: State, kit: Kit, trace: Trace) -> float:
     """Look for a better fit of one frame near the one it has; it is left in ``s``.
 
@@ -62,10 +65,9 @@ def amend(t: int, way: Way, s: State, kit: Kit, trace: Trace) -> float:
     -------
     What the fit is worth.
     """
-    points = way.at[way.start[t] : way.start[t + 1]]
-    for m in range(s.chosen.shape[0]):
-        p = trace.chosen[t, m]
-        s.chosen[m] = p - way.start[t] if p >= 0 else -1
+    begin = way.start[t]
+    points = way.at[begin : way.start[t + 1]]
+    s.chosen[:] = np.where(trace.chosen[t] >= 0, trace.chosen[t] - begin, -1)
     s.pose[:] = trace.pose[t]
     if target_of(points, s.chosen, s.target, s.weight) < 4:
         return math.inf
@@ -81,46 +83,49 @@ def amend(t: int, way: Way, s: State, kit: Kit, trace: Trace) -> float:
         s.chosen[:] = chosen
     target_of(points, s.chosen, s.target, s.weight)
     resettle(s.pose, kit.none, s, kit)
-    for branch in range(1, kit.branch.max() + 1):
+    for branch in poor_fingers(s, kit):
         cost = rebend(s.pose, branch, s, kit)
     cost = reach_out(s.pose, points, s, kit, 2.0 * kit.rules.reach, cost)
-    return exchange(s.pose, points, s, kit, cost)
+    return float(exchange(s.pose, points, s, kit, cost))
+
+
+def poor_fingers(s: State, kit: Kit) -> list[int]:
+    """Fingers that fit worse than is expected of their markers."""
+    square = np.einsum("mn,mn->m", kit.k.error, kit.k.error)
+    cost = np.where(s.weight > 0.0, np.fmin(square / kit.variance, MISSING), 0.0)
+    mean = [
+        cost[kit.branch == branch].sum() / max(s.weight[kit.branch == branch].sum(), 1)
+        for branch in range(1, int(kit.branch.max(initial=0)) + 1)
+    ]
+    return [n + 1 for n, value in enumerate(mean) if value > EXPECTED]
 
 
 @jit
-def tally(
-    way: Way, s: State, kit: Kit, trace: Trace, fit: Floats, spare: Floats
-) -> None:
-    """Write what the assigned markers of a frame cost, and what is missing needlessly.
+def count_spare(way: Way, trace: Trace, places: Floats, spare: Floats) -> None:
+    """Write how many markers a frame lacks needlessly.
 
     Parameters
     ----------
-    fit : (T,) squared standard deviations per assigned marker; NaN where there are
-        none.
+    places : (T, M, 3) [m] of the markers.
     spare : (T,) markers without a point, as far as there are points without a marker
         near the hand.
     """
-    markers = s.weight.shape[0]
-    for t in range(trace.chosen.shape[0]):
-        fit[t], spare[t] = math.nan, 0.0
-        if not trace.known[t]:
-            continue
-        put(trace.pose[t], kit, s.places)
+    markers = places.shape[1]
+    most = 0
+    for t in range(places.shape[0]):
+        most = max(most, way.start[t + 1] - way.start[t])
+    free = np.zeros(most, np.bool_)
+    for t in range(places.shape[0]):
+        spare[t] = 0.0
         begin, end = way.start[t], way.start[t + 1]
-        free = np.ones(end - begin, np.bool_)
-        total, count = 0.0, 0
+        free[: end - begin] = True
+        count = 0
         for m in range(markers):
-            p = trace.chosen[t, m]
-            if p < 0:
-                continue
-            free[p - begin] = False
-            d2 = 0.0
-            for n in range(3):
-                d2 += (way.at[p, n] - s.places[m, n]) ** 2
-            total += min(d2 / kit.variance[m], MISSING)
-            count += 1
-        if count > 0:
-            fit[t] = total / count
+            if trace.chosen[t, m] >= 0:
+                free[trace.chosen[t, m] - begin] = False
+                count += 1
+        if not trace.known[t] or count == markers:
+            continue
         near = 0
         for p in range(end - begin):
             if not free[p]:
@@ -128,11 +133,19 @@ def tally(
             for m in range(markers):
                 d2 = 0.0
                 for n in range(3):
-                    d2 += (way.at[begin + p, n] - s.places[m, n]) ** 2
+                    d2 += (way.at[begin + p, n] - places[t, m, n]) ** 2
                 if d2 < BESIDE * BESIDE:
                     near += 1
                     break
         spare[t] = min(markers - count, near)
+
+
+def mean_cost(squares: Floats, kit: Kit) -> Floats:
+    """(T,) squared standard deviations per assigned marker, NaN where none are."""
+    has = np.isfinite(squares)
+    cost = np.where(has, np.fmin(squares / kit.variance, MISSING), 0.0).sum(axis=1)
+    count = has.sum(axis=1)
+    return np.where(count > 0, cost / np.maximum(count, 1), math.nan)
 
 
 def suspicious(fit: Floats, spare: Floats, markers: int) -> Floats:
@@ -171,18 +184,23 @@ def repair(
     """
     done: list[tuple[int, int]] = []
     state = new_state(len(thing.sigma), len(thing.mean))
-    fit, spare = np.zeros(len(trace.known)), np.zeros(len(trace.known))
-    tally(ways[0], state, kit, trace, fit, spare)
+    places, squares = measured(ways[0], kit, trace)
+    fit, spare = mean_cost(squares, kit), np.zeros(len(trace.known))
+    count_spare(ways[0], trace, places, spare)
     excess = suspicious(fit, spare, len(thing.sigma))
-    usual, strangers = float(np.nanmedian(fit)), 0
-    failed = 0
+    usual, strangers = float(np.median(fit[np.isfinite(fit)])), 0
+    failed, most = 0, min(2 + len(fit) // EACH, HOPELESS)
     for _ in range(SUSPECTS):
         t = int(np.argmax(excess))
-        if excess[t] <= 0.0 or failed >= HOPELESS:
+        if excess[t] <= 0.0 or failed >= most:
             break
         cost = amend(t, ways[0], state, kit, trace)
         strange = fit[t] > STRANGE * max(usual, 1.0) or spare[t] > 2.0
-        if cost > trace.cost[t] - BETTER and strange and strangers < STRANGERS:
+        if (
+            cost > trace.cost[t] - BETTER
+            and strange
+            and strangers < min(1 + len(fit) // (2 * EACH), STRANGERS)
+        ):
             strangers += 1
             cost = _stranger(t, ways[0], thing, kit, settings, solving, state)
         a, b = t, t + 1

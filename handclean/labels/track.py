@@ -299,8 +299,8 @@ def look(
 
 
 @jit
-def hold_on(points: Floats, s: State, book: Book, kit: Kit) -> int:
-    """Bend to the markers that were followed; refuse those that do not fit.
+def hold_on(points: Floats, s: State, book: Book) -> int:
+    """Choose the markers that were followed to hold the model.
 
     Returns
     -------
@@ -323,9 +323,7 @@ def hold_on(points: Floats, s: State, book: Book, kit: Kit) -> int:
             if s.chosen[m] >= 0:
                 s.weight[m] = 1.0
                 s.trial[m] = 1 if book.gone[m] > 0 else 0
-    if count < 4:
-        return count
-    return refuse(s, book, kit)
+    return count
 
 
 @jit
@@ -518,7 +516,9 @@ def follow(
         count = 0
         if found >= 4:
             rate_labels(cost, s.price, s.chosen, s.sure)
-            count = hold_on(points, s, book, kit)
+            count = hold_on(points, s, book)
+            if count >= 4:
+                count = refuse(s, book, kit)
         again = False
         if points.shape[0] >= 4 and 2 * points.shape[0] >= markers:
             again = count < 4 or strange(s, book, kit) or mislaid(s, book) >= 3

@@ -39,11 +39,12 @@ from handclean.labels.kit import (
 from handclean.labels.label import label
 from handclean.labels.links import path_links
 from handclean.labels.models import Sought, sought
+from handclean.labels.paths import Glance, Paths, paths_of
 from handclean.labels.points import Cloud, cloud_of
 from handclean.labels.pursue import first_fit
-from handclean.labels.repair import amend
-from handclean.labels.review import Paths, paths_of, refit, review
+from handclean.labels.review import Scene
 from handclean.labels.settings import LabelConfig
+from handclean.labels.suppose import measured
 from handclean.labels.track import follow
 from handclean.pipeline.batch import Source, Task, Work
 from handclean.pipeline.workers import in_workers
@@ -140,12 +141,13 @@ def solving() -> None:
 
 
 def reviewing() -> None:
-    """Amend and review a take in which nothing has been followed yet."""
+    """Judge a path of a take in which nothing has been followed yet."""
     on = bench()
     state = new_state(len(on.thing.sigma), len(on.thing.mean))
-    amend(0, on.way, state, on.kit, on.trace)
-    review(on.paths, on.way, state, on.kit, on.trace)
-    refit(on.paths, on.way, state, on.kit, on.trace)
+    places, _ = measured(on.way, on.kit, on.trace)
+    scene = Scene(on.paths, on.way, state, on.kit, on.trace, places)
+    nowhere = Glance(np.full(1, -1), np.zeros(1, dtype=np.int64))
+    scene.judge(nowhere, -1)
 
 
 PARTS: Mapping[str, Callable[[], None]] = {
