@@ -3,7 +3,7 @@ import pytest
 import trimesh
 
 from handclean.errors import HandcleanError
-from handclean.numerics.mean_value import mean_value_coordinates
+from handclean.numerics.mean_value import capped, mean_value_coordinates
 
 
 @pytest.fixture
@@ -79,3 +79,25 @@ def test_a_point_on_the_surface_is_refused():
     for point in ([1.0, 0.3, 0.2], [1.0, 1.0, 1.0]):
         with pytest.raises(HandcleanError, match="point"):
             mean_value_coordinates(np.array([point]), mesh.vertices, mesh.faces)
+
+
+def test_a_part_of_a_mesh_is_closed_at_its_cuts():
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    at, faces = np.array(mesh.vertices), np.array(mesh.faces)
+    height = at[faces][:, :, 2]
+    belt = faces[(np.abs(height) < 0.5).all(axis=1)]
+    closed, rims = capped(belt, len(at))
+    assert len(rims) == 2
+    places = np.vstack([at, *[at[rim].mean(axis=0)[None] for rim in rims]])
+    assert trimesh.Trimesh(places, closed, process=False).is_watertight
+    assert trimesh.Trimesh(places, closed, process=False).volume > 0.0
+    point = np.array([[0.1, -0.2, 0.05]])
+    found = mean_value_coordinates(point, places, closed)
+    np.testing.assert_allclose(found @ places, point, atol=1e-10)
+
+
+def test_a_closed_mesh_needs_no_cap():
+    mesh = trimesh.creation.icosphere(subdivisions=1)
+    faces, rims = capped(np.array(mesh.faces), len(mesh.vertices))
+    np.testing.assert_array_equal(faces, mesh.faces)
+    assert rims == []
