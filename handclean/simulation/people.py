@@ -33,6 +33,7 @@ _ALIKE = 0.55  # correlation of hand length and breadth within a sex
 _FADES = 0.015  # [m] how far from a joint its skin slides
 _SINKS = {"ring": 0.8e-3, "little": 1.6e-3}  # [m] per quarter turn of the knuckle
 _LIFT, _LIFT_SD = 0.0040, 0.0004  # [m] a marker's radius and what it is glued on with
+_HELD = 0.007  # [m] a set's marker this high over the skin sits on a glove or a holder
 _CLEARANCE = 0.0026  # [m] least distance of a forearm marker's centre from the skin
 
 
@@ -167,12 +168,16 @@ def _glue(
 def _on_skin(
     place: Floats, tree: JointTree, bone: int, surface: Surface, lift: float
 ) -> Floats:
-    """(3,) [m] where a marker ends up that is pressed on a bone's skin at a place."""
+    """(3,) [m] where a marker ends up that is pressed on a bone's skin at a place.
+
+    One that a glove or a holder keeps off the skin keeps its distance.
+    """
     joint = rest_joints(tree)[bone]
     moved = ((surface.bones == bone) & (surface.weights > 0.0)).any(axis=1)
     own = np.flatnonzero(moved[surface.faces].any(axis=1))
     foot = closest(surface.vertices, surface.faces[own], (joint + place)[None])
-    on = OnSkin(face=own[foot.face], share=foot.share, lift=np.array([lift]))
+    off = np.where(foot.distance > _HELD, foot.distance, lift)
+    on = OnSkin(face=own[foot.face], share=foot.share, lift=off)
     at: Floats = lifted(surface.vertices, surface.faces, on)[0] - joint
     return at
 
