@@ -183,3 +183,22 @@ def test_dense_solver_agrees_with_numpys(rng):
     want = np.linalg.solve(a, b)
     gn.solve_dense(a, b)
     np.testing.assert_allclose(b, want, rtol=1e-9)
+
+
+def test_markers_and_prior_decide_what_the_dense_covariance_says(problem, rng):
+    model, pose, target, weight, normal, _, _ = problem
+    hinges, noise = len(model.tree.hinges), 5e-4
+    if hinges == 0:
+        pytest.skip("nothing to be decided")
+    root = rng.normal(size=(hinges, hinges))
+    precision = root @ root.T + 4.0 * np.eye(hinges)
+    whole = normal / noise**2
+    whole[6:, 6:] += precision
+    deviations = np.sqrt(np.diag(np.linalg.inv(whole)))
+    worst = deviations[3:6].max(), deviations[6:].max()
+    square = np.zeros((hinges + 7, hinges + 6))
+    for share, want in (((1.01, 1.01), True), ((0.99, 9.0), False), ((9.0, 0.99), 0)):
+        _, tree, work = prepared(model, pose, target, weight)
+        most = worst[0] * share[0], worst[1] * share[1]
+        known = gn.known_with(weight, tree, work, precision, noise, most, square)
+        assert known == bool(want)
