@@ -1,0 +1,1 @@
+"""Where to glue few markers: reduced marker layouts (Schroeder 2016, 2017)."""

@@ -1,0 +1,139 @@
+"""Greedy search: marker after marker, then exchanges (Schroeder 2016, section 6).
+
+First the candidate that lowers the energy most is added, until there are k. While the
+markers are too few to determine all unknowns, every layout has an infinite condition
+number; then the ratio of the largest eigenvalue to the r-th counts, r = 3 times the
+markers, which is how well they determine as much as they can. Afterwards marker after
+marker is exchanged for the candidate that goes best with the others, until no exchange
+lowers the energy.
+
+An exchange looks at all candidates, but at few condition numbers: a candidate v turns
+the others' matrix A into A + J_v'J_v, so along A's weakest and strongest eigenvectors
+u, w its condition number is at least (w'Aw + |J_v w|^2) / (u'Au + |J_v u|^2).
+"""
+
+import numpy as np
+
+from handclean.arrays import Floats, Ints
+from handclean.kernels import layouts as kernels
+from handclean.layouts.objective import energies, weights_of
+from handclean.layouts.problem import Problem
+from handclean.layouts.search import Found, Log, Watch
+from handclean.layouts.settings import LayoutConfig
+
+_BAD = 1e15  # in place of an infinite condition number, so that distances still count
+
+
+def greedy(
+    problem: Problem,
+    settings: LayoutConfig,
+    rng: np.random.Generator,
+    start: Ints | None = None,
+    watch: Watch | None = None,
+) -> Found:
+    """Find a layout greedily.
+
+    Parameters
+    ----------
+    settings : markers; the weights.
+    rng : not needed.
+    start : (S, k) layouts, the best of which is begun with; built up if None.
+    watch : called after each marker.
+    """
+    log = Log(watch)
+    if start is None:
+        layout = np.zeros(0, dtype=np.int64)
+        while len(layout) < settings.markers:
+            layout = np.append(layout, _next(problem, layout, settings))
+            full = len(layout) == settings.markers
+            least = _energy(problem, layout, settings) if full else np.inf
+            log.note(len(problem.home), least)
+    else:
+        layout = start[energies(problem, start, settings).total.argmin()].copy()
+        log.note(len(start), _energy(problem, layout, settings))
+    layout = exchanged(problem, layout, settings, log)
+    return Found(
+        layout=layout, history=log.history(), stopped="no exchange lowers the energy"
+    )
+
+
+def exchanged(problem: Problem, layout: Ints, settings: LayoutConfig, log: Log) -> Ints:
+    """Exchange markers one at a time until that does not lower the energy."""
+    layout, least = layout.copy(), _energy(problem, layout, settings)
+    settled = 0
+    while settled < len(layout):
+        for m in range(len(layout)):
+            found, energy = exchange(problem, np.delete(layout, m), least, settings)
+            settled = settled + 1 if found < 0 else 1
+            if found >= 0:
+                layout[m], least = found, energy
+            log.note(len(problem.home), least)
+            if settled >= len(layout):
+                break
+    return layout
+
+
+def exchange(
+    problem: Problem, others: Ints, bound: float, settings: LayoutConfig
+) -> tuple[int, float]:
+    """Return the candidate that goes best with others, and the energy with it.
+
+    Parameters
+    ----------
+    others : (k - 1,) candidates.
+    bound : only less energy is looked for; -1 and ``bound`` if there is none.
+    """
+    size = len(problem.columns)
+    base: Floats = problem.grams[others].sum(axis=0)
+    values, vectors = np.linalg.eigh(unpacked(base, size))
+    return kernels.best_exchange(
+        np.ascontiguousarray(others, dtype=np.int64),
+        base,
+        np.ascontiguousarray(vectors[:, :, 0]),
+        np.ascontiguousarray(vectors[:, :, -1]),
+        np.maximum(values[:, [0, -1]], 0.0),
+        problem.jacobian,
+        problem.grams,
+        problem.gaps,
+        problem.hidden,
+        weights_of(settings),
+        np.argsort(values[:, 0] / values[:, -1].clip(1e-300), kind="stable"),
+        bound,
+        size,
+    )
+
+
+def unpacked(low: Floats, size: int) -> Floats:
+    """(..., C, C) symmetric matrices from (..., C (C + 1) / 2) lower triangles."""
+    out = np.zeros((*low.shape[:-1], size, size))
+    rows, columns = np.tril_indices(size)
+    out[..., rows, columns] = low
+    out[..., columns, rows] = low
+    return out
+
+
+def _energy(problem: Problem, layout: Ints, settings: LayoutConfig) -> float:
+    return float(energies(problem, layout[None], settings).total[0])
+
+
+def _next(problem: Problem, layout: Ints, settings: LayoutConfig) -> int:
+    """Return the candidate to add to a layout."""
+    if len(layout) + 1 >= problem.needed:
+        found, _ = exchange(problem, layout, np.inf, settings)
+        if found >= 0:
+            return found
+    size, known = len(problem.columns), 3 * (len(layout) + 1)
+    base: Floats = problem.grams[layout].sum(axis=0)
+    every = np.arange(len(problem.home))
+    kappa = np.zeros(len(every))
+    for f in range(len(problem.places)):
+        low = base[f] + problem.grams[:, f]
+        values = np.linalg.eigvalsh(unpacked(low, size))
+        weakest = np.maximum(values[:, max(size - known, 0)], 0.0)
+        weakest = np.maximum(weakest, values[:, -1] / _BAD)
+        kappa += values[:, -1] / weakest / len(problem.places)
+    weights = weights_of(settings)
+    near = problem.gaps[:, layout].min(axis=1) if len(layout) else np.zeros(len(every))
+    energy = weights[0] * kappa - weights[1] * near + weights[2] * problem.hidden
+    energy[layout] = np.inf
+    return int(energy.argmin())

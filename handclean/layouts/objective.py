@@ -1,0 +1,78 @@
+"""The energy of layouts and its terms (Schroeder 2016, equations 5 to 9).
+
+    E      = w1 E_cond + w2 E_dist + w3 E_hidden
+    E_cond = mean over the keyframes of kappa(J'J)
+    E_dist = - min over keyframes and pairs of markers of |a - b|^2 / L^2
+
+The papers divide by L once, which leaves the term with a unit; L^2 makes it scale-free
+as their text says. E_hidden, which is ours, is the share of keyframes and directions in
+which the markers are not seen.
+
+A layout with a marker twice, or one that leaves something undetermined, has an infinite
+energy; so does any layout for which a term with a weight is infinite.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handclean.arrays import Floats, Ints, expect_shape
+from handclean.kernels import layouts as kernels
+from handclean.layouts.problem import Problem
+from handclean.layouts.settings import LayoutConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Energies:
+    """S layouts' energies.
+
+    Attributes
+    ----------
+    total : (S,) E.
+    condition, distance, hidden : (S,) the three terms, without weights.
+    kappa : (S, F) condition number in each keyframe.
+    smallest_m : (S,) [m] smallest distance of two markers in any keyframe; infinite of
+        a single marker.
+    """
+
+    total: Floats
+    condition: Floats
+    distance: Floats
+    hidden: Floats
+    kappa: Floats
+    smallest_m: Floats
+
+
+def weights_of(settings: LayoutConfig) -> Floats:
+    """(3,) w1, w2, w3."""
+    return np.array([settings.w1, settings.w2, settings.visibility])
+
+
+def energies(problem: Problem, layouts: Ints, settings: LayoutConfig) -> Energies:
+    """Weigh layouts.
+
+    Parameters
+    ----------
+    layouts : (S, k) candidates.
+    settings : w1, w2, visibility.
+    """
+    expect_shape("layouts", layouts, "S", "k")
+    kappa = np.zeros((len(layouts), len(problem.places)))
+    rows = np.ascontiguousarray(layouts, dtype=np.int64)
+    kernels.conditions(rows, problem.grams, len(problem.columns), kappa)
+    pairs = np.triu_indices(layouts.shape[1], 1)
+    apart = problem.gaps[layouts[:, pairs[0]], layouts[:, pairs[1]]]
+    least = apart.min(axis=1, initial=np.inf)
+    terms = {
+        "condition": kappa.mean(axis=1),
+        "distance": -least if len(pairs[0]) else np.zeros(len(layouts)),
+        "hidden": problem.hidden[layouts].mean(axis=1),
+    }
+    total = np.zeros(len(layouts))
+    for weight, term in zip(weights_of(settings), terms.values(), strict=True):
+        if weight:
+            total += weight * term
+    equal = (layouts[:, pairs[0]] == layouts[:, pairs[1]]).any(axis=1)
+    total[equal] = np.inf
+    smallest = np.sqrt(least) * problem.length_m
+    return Energies(total=total, kappa=kappa, smallest_m=smallest, **terms)

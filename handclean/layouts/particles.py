@@ -1,0 +1,137 @@
+"""The surface-constrained particle swarm of Schroeder 2016, section 5.2.
+
+A particle is k markers on candidates, as places in the zero posture. An iteration moves
+every particle (equation 10, constriction w), puts each of its markers on the nearest
+candidate (equation 11), takes what it moved by as its velocity, and weighs it. In every
+third iteration one marker of half of the particles goes to any candidate before they
+are weighed. r1 and r2 are drawn once for each particle; particles begin at rest on layouts
+drawn at random.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from handclean.arrays import Floats, Ints
+from handclean.kernels import layouts as kernels
+from handclean.kernels.nearest_vertex import FEW
+from handclean.layouts.objective import energies, weights_of
+from handclean.layouts.problem import Problem
+from handclean.layouts.search import Found, Log, Watch, random_layouts
+from handclean.layouts.settings import LayoutConfig
+
+C1, C2 = 2.8, 1.3
+"""Pull to a particle's own best and to the best of all."""
+
+_PSI = C1 + C2
+CONSTRICTION = 2.0 / abs(2.0 - _PSI - math.sqrt(_PSI**2 - 4.0 * _PSI))
+"""w of Clerc and Kennedy (2002): 0.73."""
+
+PERTURB_EVERY = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointTree:
+    """N points as `handclean.kernels.nearest_vertex` wants them.
+
+    Attributes
+    ----------
+    order : (N,) rows of the points, in the tree's order.
+    points : (N, 3) in the tree's order.
+    axis : (N,) the axis that the middle of a range splits.
+    """
+
+    order: Ints
+    points: Floats
+    axis: Ints
+
+
+def point_tree(points: Floats) -> PointTree:
+    """Sort (N, 3) points into a tree."""
+    order = np.arange(len(points))
+    axis = np.zeros(len(points), dtype=np.int64)
+    ranges = [(0, len(points))]
+    while ranges:
+        first, last = ranges.pop()
+        if last - first <= FEW:
+            continue
+        part = order[first:last]
+        which = int(np.ptp(points[part], axis=0).argmax())
+        order[first:last] = part[np.argsort(points[part, which], kind="stable")]
+        middle = (first + last) // 2
+        axis[middle] = which
+        ranges += [(first, middle), (middle, last)]
+    return PointTree(order=order, points=np.ascontiguousarray(points[order]), axis=axis)
+
+
+def swarm(
+    problem: Problem,
+    settings: LayoutConfig,
+    rng: np.random.Generator,
+    start: Ints | None = None,
+    watch: Watch | None = None,
+) -> Found:
+    """Find a layout by a particle swarm.
+
+    Parameters
+    ----------
+    settings : markers, particles, iterations, patience; the weights.
+    start : (S, k) layouts to begin with; drawn if None.
+    watch : called after each iteration.
+    """
+    if start is None:
+        start = random_layouts(problem, settings.markers, settings.particles, rng)
+    tree = point_tree(problem.home)
+    rank = np.argsort(tree.order)
+    now = np.ascontiguousarray(rank[start])
+    best, velocity = now.copy(), np.zeros((*now.shape, 3))
+    least = np.full(len(now), np.inf)
+    weights, pull = weights_of(settings), np.array([CONSTRICTION, C1, C2])
+    grams = np.ascontiguousarray(problem.grams[tree.order])
+    gaps = np.ascontiguousarray(problem.gaps[np.ix_(tree.order, tree.order)])
+    hidden, size = problem.hidden[tree.order], len(problem.columns)
+    order = np.arange(grams.shape[1])
+    log, stopped, since = Log(watch), "iterations", 0
+    kernels.swarm_judge(now, best, least, grams, gaps, hidden, weights, order, size)
+    leader = int(least.argmin())
+    log.note(len(now), float(least[leader]))
+    for turn in range(1, settings.iterations + 1):
+        order = _worst_first(problem, tree, best[leader], settings)
+        kernels.swarm_move(
+            tree.points,
+            tree.axis,
+            now,
+            best,
+            best[leader].copy(),
+            velocity,
+            rng.random((len(now), 2)),
+            pull,
+        )
+        if turn % PERTURB_EVERY == 0:
+            _perturb(now, len(tree.points), rng)
+        before = least[leader]
+        kernels.swarm_judge(now, best, least, grams, gaps, hidden, weights, order, size)
+        leader = int(least.argmin())
+        log.note(len(now), float(least[leader]))
+        since = 0 if least[leader] < before else since + 1
+        if since >= settings.patience:
+            stopped = f"no better layout in {since} iterations"
+            break
+    layout = tree.order[best[leader]]
+    return Found(layout=layout, history=log.history(), stopped=stopped)
+
+
+def _worst_first(
+    problem: Problem, tree: PointTree, layout: Ints, settings: LayoutConfig
+) -> Ints:
+    """(F,) keyframes, those first in which a layout has its largest kappa."""
+    kappa = energies(problem, tree.order[layout][None], settings).kappa[0]
+    return np.argsort(-kappa, kind="stable")
+
+
+def _perturb(now: Ints, count: int, rng: np.random.Generator) -> None:
+    """Put one marker of half of the particles on any candidate."""
+    half = rng.permutation(len(now))[: len(now) // 2]
+    which = rng.integers(0, now.shape[1], len(half))
+    now[half, which] = rng.integers(0, count, len(half))
