@@ -92,7 +92,7 @@ def nails(anatomy: Anatomy, vertices: Floats) -> Bools:
         x, y, z = finger.tube.local(vertices).T
         joint, tip = finger.joints[2:]
         share = (y - joint) / (tip - joint)
-        narrow = np.abs(x) < 0.7 * finger.tube.half[-2]
+        narrow = np.abs(x) < 0.65 * finger.tube.half[-2]
         on = (share > 0.42) & (share < 0.88) & narrow & (z > 0.0)
         out |= on & (finger.tube.distance(vertices) < 2e-3)
     return out

@@ -15,29 +15,37 @@ from handclean.sculpt.anatomy import Anatomy, anatomy
 from handclean.sculpt.landmarks import landmark_vertices, nails
 from handclean.sculpt.remesh import remesh
 from handclean.sculpt.tetrahedra import closed_mesh
-from handclean.sculpt.weights import closed_up, finger_shares, skin_weights
+from handclean.sculpt.weights import (
+    closed_up,
+    finger_shares,
+    skin_weights,
+    soothed,
+)
 
-EDGE = 0.00203
+EDGE = 0.00199
 """[m] wanted edge length, for about 12 000 vertices."""
 
-COARSE_EDGE = 0.00406
+COARSE_EDGE = 0.00398
 """[m] the same of the coarse twin, for about 3 000."""
 
-_CELL = 0.002
+CELL = 0.002
+"""[m] of the grid on which the flesh is meshed first; the webs need a fine one."""
+
 _LOW, _HIGH = np.array([-0.10, -0.045, -0.05]), np.array([0.11, 0.21, 0.04])
 
 
 def make_template(
-    folder: Path, edge: float = EDGE, coarse: float = COARSE_EDGE
+    folder: Path, edge: float = EDGE, coarse: float = COARSE_EDGE, cell: float = CELL
 ) -> list[Path]:
     """Write the template's skin into a folder, and say which files.
 
     Parameters
     ----------
     edge, coarse : [m] wanted edge lengths.
+    cell : [m] of the grid on which the flesh is meshed first.
     """
     flesh = anatomy()
-    vertices, faces = evened(flesh, *spread_mesh(flesh), edge)
+    vertices, faces = evened(flesh, *spread_mesh(flesh, cell), edge)
     landmarks = landmark_vertices(flesh, vertices)
     arrays = {
         "bones": np.array(list(template("left").bones)),
@@ -53,9 +61,9 @@ def make_template(
     return [mesh, toml]
 
 
-def spread_mesh(flesh: Anatomy) -> tuple[Floats, Ints]:
+def spread_mesh(flesh: Anatomy, cell: float) -> tuple[Floats, Ints]:
     """Return the spread hand's skin, raw: vertices (V, 3) [m] and faces (F, 3)."""
-    vertices, faces = closed_mesh(flesh.distance, _LOW, _HIGH, _CELL)
+    vertices, faces = closed_mesh(flesh.distance, _LOW, _HIGH, cell)
     return flesh.onto_skin(vertices, steps=3), faces
 
 
@@ -75,7 +83,7 @@ def _arrays(
     flesh: Anatomy, vertices: Floats, faces: Ints, prefix: str
 ) -> dict[str, Floats]:
     shares = finger_shares(flesh, vertices)
-    bone, weights = skin_weights(shares)
+    bone, weights = skin_weights(soothed(shares, faces))
     zero, _ = closed_up(flesh, vertices, shares)
     return {
         f"{prefix}vertices_um": np.round(1e6 * zero).astype(np.int32),

@@ -10,20 +10,22 @@ next finger, however near, has none.
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.hand.surface import MOST_BONES
+from handclean.hand.surface import MOST_BONES, edges_of
 from handclean.sculpt.anatomy import Anatomy, Finger, turn_of
 
 WHOLE = 10_000
 """What the shares of a vertex sum to."""
 
 _MM = 1e-3
-_REACH = {"thumb": (11.0, 11.0, 9.0), "index": (10.0, 8.5, 7.0)}
+_REACH = {"thumb": (11.0, 11.0, 9.0), "index": (9.0, 8.5, 7.0)}
 """[mm] how far from a joint the skin follows both bones, on thumb and index finger."""
 
-_WEB = (
-    4.0 * _MM
-)  # difference of distances over which one finger's skin becomes another's
-_THENAR = 14.0 * _MM  # the same for the ball of the thumb and the palm
+_CREASE = 0.4
+"""How much further out the palm's side of a finger begins, share of the depth."""
+
+# Differences of distances over which one finger's skin becomes another's, and the
+# thumb's the palm's.
+_WEB, _THENAR = 4.0 * _MM, 11.0 * _MM
 
 
 def smooth_step(t: Floats) -> Floats:
@@ -51,19 +53,44 @@ def finger_shares(anatomy: Anatomy, points: Floats) -> list[Floats]:
 
 def _along(finger: Finger, points: Floats) -> Floats:
     """(V, 3) shares of a finger's bones by how far along it a place is."""
-    y = finger.tube.local(points)[:, 1]
+    _, y, z = finger.tube.local(points).T
     thumb = finger.name == "thumb"
     reach = _MM * np.array(_REACH["thumb" if thumb else "index"])
     if not thumb:
         reach *= finger.tube.half[2] / (9.3 * _MM)
+    start = 0.0 if thumb else _CREASE * np.clip(-z, 0.0, 15.0 * _MM)
     beyond = [
         smooth_step((y - joint) / (2.0 * size) + 0.5)
-        for joint, size in zip(finger.joints, reach, strict=False)
+        for joint, size in zip((start, *finger.joints[1:3]), reach, strict=True)
     ]
     first, second, third = beyond
     return np.column_stack(
         [first * (1.0 - second), first * second * (1.0 - third), first * second * third]
     )
+
+
+def soothed(shares: list[Floats], faces: Ints, rounds: int = 3) -> list[Floats]:
+    """Shares as `finger_shares`, in and round the webs averaged over neighbours.
+
+    Fingers come so near each other that one vertex can be one finger's and the next
+    another's; the skin of a web stretches instead.
+    """
+    full = np.hstack(shares)
+    whose = np.stack([share.sum(axis=1) for share in shares[1:]], axis=1)
+    web = (whose > 0.0).sum(axis=1) > 1
+    ends = edges_of(faces)
+    both = np.vstack([ends, ends[:, ::-1]])
+    own = np.argmax(whose, axis=1)
+    torn = (own[ends[:, 0]] != own[ends[:, 1]]) & (whose[ends].max(axis=2) > 0.2).all(1)
+    web[ends[torn]] = True
+    web[both[web[both[:, 0]], 1]] = True
+    count = 1.0 + np.bincount(both[:, 0], minlength=len(full))
+    for _ in range(rounds):
+        total = full.copy()
+        for k in range(full.shape[1]):
+            total[:, k] += np.bincount(both[:, 0], full[both[:, 1], k], len(full))
+        full[web] = (total / count[:, None])[web]
+    return np.split(full, len(shares), axis=1)
 
 
 def skin_weights(shares: list[Floats]) -> tuple[Ints, Ints]:

@@ -1,0 +1,198 @@
+"""Pictures of hands: shaded meshes, drawn without a graphics card.
+
+Every triangle is sampled so densely that each pixel it covers gets a sample; in each
+pixel the nearest sample stays. Light falls from above, from the left and from where the
+viewer is. ``python -m handclean.report.hand_pictures FOLDER`` writes the pictures that
+ship (``make pictures``).
+"""
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.image import imsave
+
+from handclean.arrays import Bytes, Floats, Ints
+from handclean.hand.model import neutral_pose
+from handclean.hand.skinning import posed
+from handclean.hand.surface import Surface, vertex_normals
+from handclean.hand.template import template
+from handclean.hand.template_surface import shipped_skin, template_surface
+from handclean.tree import POSE_HEAD, JointTree
+
+PIXEL = 0.0006
+"""[m] width of a pixel."""
+
+FIST = {
+    "mcp_flexion": 84.0,
+    "pip_flexion": 100.0,
+    "dip_flexion": 62.0,
+    "thumb_cmc_abduction": 42.0,
+    "thumb_cmc_flexion": 22.0,
+    "thumb_mcp_flexion": 38.0,
+    "thumb_ip_flexion": 48.0,
+}
+"""[degrees] hinges of a flexed fist, by name or by how their names end."""
+
+_SKIN = np.array([0.94, 0.75, 0.63])
+_NAIL = np.array([0.98, 0.86, 0.80])
+_HAND = np.array([0.80, 0.80, 0.78])
+_FINGERS = {  # of the palette of Okabe and Ito, told apart by the colour-blind
+    "thumb": (0.84, 0.37, 0.00),
+    "index": (0.90, 0.62, 0.00),
+    "middle": (0.00, 0.62, 0.45),
+    "ring": (0.00, 0.45, 0.70),
+    "little": (0.80, 0.47, 0.65),
+}
+_SEGMENTS = (0.55, 0.0, 0.45)  # share of white in the colours along a finger
+
+_LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
+_FINER = 2  # samples a pixel, each way
+_MARGIN = 0.004  # [m]
+_BATCH = 1000  # triangles sampled at once
+
+
+def looking(azimuth: float, elevation: float) -> Floats:
+    """(3, 3) rows right, up and towards a viewer who sees the back at 0, 0 [degrees].
+
+    Parameters
+    ----------
+    azimuth : how far the viewer walks round the fingers' axis, to the right.
+    elevation : how far he then rises towards the finger tips.
+    """
+    a, e = np.radians([azimuth, elevation])
+    here = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+    right = np.array([np.cos(a), 0.0, -np.sin(a)])
+    return np.array([right, np.cross(here, right), here])
+
+
+def skin_colors(surface: Surface) -> Floats:
+    """(V, 3) skin and, on the fine template, nails."""
+    out = np.tile(_SKIN, (len(surface.vertices), 1))
+    nails = shipped_skin().nails
+    if len(nails) == len(out):
+        out[nails] = _NAIL
+    return out
+
+
+def weight_colors(surface: Surface, tree: JointTree) -> Floats:
+    """(V, 3) the bones' colours, mixed by the weights."""
+    palette = np.tile(_HAND, (len(tree.bones), 1))
+    for finger, color in _FINGERS.items():
+        own = [b for b, bone in enumerate(tree.bones) if bone.startswith(finger)]
+        for b, white in zip(own, _SEGMENTS, strict=True):
+            palette[b] = (1.0 - white) * np.array(color) + white
+    out: Floats = np.einsum("vn,vnk->vk", surface.weights, palette[surface.bones])
+    return out
+
+
+def drawn(
+    vertices: Floats, faces: Ints, colors: Floats, view: Floats, pixel: float = PIXEL
+) -> Bytes:
+    """(H, W, 3) picture of a mesh on white.
+
+    Parameters
+    ----------
+    vertices, faces : (V, 3) [m], (F, 3)
+    colors : (V, 3) from 0 to 1.
+    view : (3, 3) as from `looking`.
+    pixel : [m] width of a pixel.
+    """
+    places = vertices @ view.T
+    normals = vertex_normals(vertices, faces) @ view.T
+    fine = pixel / _FINER
+    low, high = places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN
+    wide, tall = (_FINER * (int((high - low)[k] / pixel) + 1) for k in (0, 1))
+    picture, depth = np.ones((tall * wide, 3)), np.full(tall * wide, -np.inf)
+    sides = np.linalg.norm(places[faces] - places[np.roll(faces, 1, axis=1)], axis=2)
+    counts = (1.3 * sides.max(axis=1) / fine).astype(np.int64) + 2
+    rows = np.argsort(counts, kind="stable")
+    for start in range(0, len(faces), _BATCH):
+        some = faces[rows[start : start + _BATCH]]
+        shares = _samples(int(counts[rows[start : start + _BATCH]].max()))
+        at, out, color = (
+            np.einsum("sn,fnk->fsk", shares, values[some]).reshape(-1, 3)
+            for values in (places, normals, colors)
+        )
+        column = ((at[:, 0] - low[0]) / fine).astype(np.int64)
+        row = ((high[1] - at[:, 1]) / fine).astype(np.int64)
+        spot = row * wide + column
+        order = np.argsort(at[:, 2], kind="stable")
+        order = order[at[order, 2] > depth[spot[order]]]
+        # Of samples in one pixel the last assigned, the nearest, stays.
+        depth[spot[order]] = at[order, 2]
+        picture[spot[order]] = _shaded(out[order], color[order])
+    blocks = picture.reshape(tall // _FINER, _FINER, wide // _FINER, _FINER, 3)
+    # Steps of four make a file a third as large; nobody sees them.
+    steps = np.round(64.0 * blocks.mean(axis=(1, 3)))
+    rounded: Bytes = np.minimum(4.0 * steps, 255.0).astype(np.uint8)
+    return rounded
+
+
+def _samples(count: int) -> Floats:
+    """(N, 3) barycentric coordinates of a grid, so many steps to a side."""
+    i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1))
+    keep = i + j <= count
+    out: Floats = np.column_stack([i[keep], j[keep], count - i[keep] - j[keep]]) / count
+    return out
+
+
+def _shaded(normals: Floats, colors: Floats) -> Floats:
+    size = np.maximum(np.linalg.norm(normals, axis=1), 1e-12)
+    lit = np.clip(normals @ _LIGHT / size, 0.0, 1.0)
+    faced = np.clip(normals[:, 2] / size, 0.0, 1.0)
+    shade = 0.30 + 0.58 * lit + 0.14 * faced
+    out: Floats = np.clip(shade[:, None] * colors, 0.0, 1.0)
+    return out
+
+
+def side_by_side(pictures: Sequence[Bytes]) -> Bytes:
+    """Pictures in a row, standing on one line."""
+    tall = max(len(picture) for picture in pictures)
+    padded = [
+        np.pad(
+            picture,
+            ((tall - len(picture), 0), (0, 0), (0, 0)),
+            constant_values=255,
+        )
+        for picture in pictures
+    ]
+    return np.hstack(padded)
+
+
+def pose_with(tree: JointTree, degrees: Mapping[str, float]) -> Floats:
+    """(7 + D,) a pose with some hinges turned, by name or by how their names end."""
+    pose = neutral_pose(tree)
+    for d, hinge in enumerate(tree.hinges):
+        for name, angle in degrees.items():
+            if hinge == name or hinge.endswith(f"_{name}"):
+                pose[POSE_HEAD + d] = np.radians(angle)
+    return pose
+
+
+def write_pictures(folder: Path) -> list[Path]:
+    """Write the pictures of the template that ship, and say which files."""
+    tree = template("right")
+    skin = template_surface(tree)
+    fist = posed(skin, tree, pose_with(tree, FIST)[None])[0]
+    weights, colors = weight_colors(skin, tree), skin_colors(skin)
+    rows = {
+        "template.png": [
+            drawn(skin.vertices, skin.faces, paint, looking(azimuth, 0.0))
+            for paint in (colors, weights)
+            for azimuth in (0.0, 180.0)
+        ],
+        "fist.png": [
+            drawn(fist, skin.faces, colors, looking(azimuth, elevation))
+            for azimuth, elevation in ((-45.0, 15.0), (45.0, 15.0), (180.0, 0.0))
+        ],
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, row in rows.items():
+        imsave(folder / name, side_by_side(row))
+    return [folder / name for name in rows]
+
+
+if __name__ == "__main__":
+    write_pictures(Path(sys.argv[1]))
