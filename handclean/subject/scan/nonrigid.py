@@ -16,12 +16,12 @@ D being the matrix of Delta and w the weights of landmarks and pairs; for fixed 
 rotations are known. Both are done in turn; the system is factored once for all turns in
 which neither l_reg nor the pairs change.
 
-**Rotations.** Those of the rings are not the minimum of E_reg over R, so that a new R may
+**Rotations.** Those of the rings are not the minimum of E_reg over R, so a new R may
 raise E a little where each solution lowers it. Rotations that carry the one vector
-(Delta rest)_v to (Delta x)_v are that minimum, and with them E only falls; but they know
-nothing of their neighbours. Where the posture was right they fit as well; where fingers
-were some 15 degrees off, skin slid 3.3 mm along the scan in the mean instead of 1.8, and
-joints were 1.8 mm off instead of 1.5 (no rotations at all: 2.9 and 1.9).
+(Delta rest)_v to (Delta x)_v are that minimum, and with them E only falls; but they
+know nothing of their neighbours. Where the posture was right they fit as well; where
+fingers were some 15 degrees off, skin slid 3.3 mm along the scan in the mean instead of
+1.8, and joints were 1.8 mm off instead of 1.5 (no rotations at all: 2.9 and 1.9).
 
 **Unit.** Delta x is an inverse length, so l_reg is a length to the fourth; taken in
 what unit the paper does not say. Here it is the length of the hand: l_reg = 1e-8 lets
