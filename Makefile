@@ -9,7 +9,7 @@ FAST := not slow and not bench
 PLAIN := $(wildcard tests/kernels tests/numerics tests/hand)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check slow bench samples data configs format again
+.PHONY: help demo test check slow bench samples data pictures configs format again
 
 help: ## show this
 	@echo "handclean: offline cleaner of optical hand motion capture"
@@ -55,6 +55,9 @@ samples: $(READY) ## make sample_sessions/ anew
 
 data: $(READY) ## make what ships in handclean/data/ anew
 	$(RUN) -m handclean.pipeline.shipped handclean/data
+
+pictures: $(READY) ## draw the hands in handclean/data/pictures/ anew
+	$(RUN) -m handclean.report.hand_pictures handclean/data/pictures
 
 configs: $(READY) ## write configs/default.toml from the settings classes
 	mkdir -p configs

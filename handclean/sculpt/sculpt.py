@@ -20,6 +20,7 @@ from handclean.sculpt.weights import (
     finger_shares,
     skin_weights,
     soothed,
+    webs,
 )
 
 EDGE = 0.00199
@@ -83,8 +84,9 @@ def _arrays(
     flesh: Anatomy, vertices: Floats, faces: Ints, prefix: str
 ) -> dict[str, Floats]:
     shares = finger_shares(flesh, vertices)
-    bone, weights = skin_weights(soothed(shares, faces))
-    zero, _ = closed_up(flesh, vertices, shares)
+    web = webs(shares, faces)
+    bone, weights = skin_weights(soothed(np.hstack(shares), faces, web, 3))
+    zero = soothed(closed_up(flesh, vertices, shares)[0], faces, web, 2)
     return {
         f"{prefix}vertices_um": np.round(1e6 * zero).astype(np.int32),
         f"{prefix}faces": faces.astype(np.uint16),

@@ -9,7 +9,7 @@ next finger, however near, has none.
 
 import numpy as np
 
-from handclean.arrays import Floats, Ints
+from handclean.arrays import Bools, Floats, Ints
 from handclean.hand.surface import MOST_BONES, edges_of
 from handclean.sculpt.anatomy import Anatomy, Finger, turn_of
 
@@ -69,34 +69,44 @@ def _along(finger: Finger, points: Floats) -> Floats:
     )
 
 
-def soothed(shares: list[Floats], faces: Ints, rounds: int = 3) -> list[Floats]:
-    """Shares as `finger_shares`, in and round the webs averaged over neighbours.
+def webs(shares: list[Floats], faces: Ints) -> Bools:
+    """(V,) which vertices are in a web or next to it: two fingers move them."""
+    whose = np.stack([share.sum(axis=1) for share in shares[1:]], axis=1)
+    out: Bools = (whose > 0.0).sum(axis=1) > 1
+    ends = edges_of(faces)
+    own = np.argmax(whose, axis=1)
+    parted = own[ends[:, 0]] != own[ends[:, 1]]
+    out[ends[parted & (whose[ends].max(axis=2) > 0.2).all(axis=1)]] = True
+    near = ends[out[ends].any(axis=1)]
+    out[near] = True
+    return out
+
+
+def soothed(values: Floats, faces: Ints, where: Bools, rounds: int) -> Floats:
+    """(V, N) values, at some vertices averaged with those of their neighbours.
 
     Fingers come so near each other that one vertex can be one finger's and the next
-    another's; the skin of a web stretches instead.
+    another's. The skin of a web stretches instead, and is rounded where it is creased.
     """
-    full = np.hstack(shares)
-    whose = np.stack([share.sum(axis=1) for share in shares[1:]], axis=1)
-    web = (whose > 0.0).sum(axis=1) > 1
     ends = edges_of(faces)
     both = np.vstack([ends, ends[:, ::-1]])
-    own = np.argmax(whose, axis=1)
-    torn = (own[ends[:, 0]] != own[ends[:, 1]]) & (whose[ends].max(axis=2) > 0.2).all(1)
-    web[ends[torn]] = True
-    web[both[web[both[:, 0]], 1]] = True
-    count = 1.0 + np.bincount(both[:, 0], minlength=len(full))
+    count = 1.0 + np.bincount(both[:, 0], minlength=len(values))
+    out = values.copy()
     for _ in range(rounds):
-        total = full.copy()
-        for k in range(full.shape[1]):
-            total[:, k] += np.bincount(both[:, 0], full[both[:, 1], k], len(full))
-        full[web] = (total / count[:, None])[web]
-    return np.split(full, len(shares), axis=1)
+        total = out.copy()
+        for k in range(values.shape[1]):
+            total[:, k] += np.bincount(both[:, 0], out[both[:, 1], k], len(values))
+        out[where] = (total / count[:, None])[where]
+    return out
 
 
-def skin_weights(shares: list[Floats]) -> tuple[Ints, Ints]:
-    """(V, 4) bones and shares of `WHOLE`, largest first; the hand has the rest."""
-    full = np.hstack([np.zeros((len(shares[0]), 1)), *shares])
-    full[:, 0] = np.maximum(1.0 - full.sum(axis=1), 0.0)
+def skin_weights(shares: Floats) -> tuple[Ints, Ints]:
+    """(V, 4) bones and shares of `WHOLE`, largest first, of (V, 15) shares.
+
+    The hand has the rest.
+    """
+    rest = np.maximum(1.0 - shares.sum(axis=1, keepdims=True), 0.0)
+    full = np.hstack([rest, shares])
     bones = np.argsort(-full, axis=1, kind="stable")[:, :MOST_BONES]
     part = np.take_along_axis(full, bones, axis=1)
     part *= WHOLE / part.sum(axis=1, keepdims=True)

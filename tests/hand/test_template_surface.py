@@ -100,7 +100,7 @@ def test_the_middle_third_of_every_segment_is_rigid():
         # The webs reach into the third of the first phalanx, at its sides only.
         aside = np.abs(skin.vertices[:, 0] - joints[b, 0])
         middle = own.any(axis=1) & (share > 0.33) & (share < 0.67)
-        middle &= (aside < 0.003) | ("middle" in name.split("_")[1:])
+        middle &= (aside < 0.0025) | ("middle" in name.split("_")[1:])
         assert middle.sum() > 30, name
         assert (skin.weights[middle, 0] == 1.0).all(), name
 

@@ -51,7 +51,8 @@ def test_spreading_the_zero_posture_gives_back_the_spread_one(flesh, rng):
 
 
 def test_shares_are_whole_numbers_that_sum_up(flesh, rng):
-    bones, weights = skin_weights(finger_shares(flesh, skin_places(flesh, rng, 300)))
+    shares = finger_shares(flesh, skin_places(flesh, rng, 300))
+    bones, weights = skin_weights(np.hstack(shares))
     assert (weights.sum(axis=1) == WHOLE).all()
     assert (np.diff(weights, axis=1) <= 0).all()
     assert all(len(set(row)) == 4 for row in bones.tolist())
