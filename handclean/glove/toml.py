@@ -1,0 +1,114 @@
+"""What the glove's TOML files share: finding them, and saying what is wrong in them."""
+
+import tomllib
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.errors import FileError, UnknownNameError
+
+
+def load(
+    name: str | Path, folder: Path, kind: str, table: str
+) -> tuple[Path, dict[str, Any]]:
+    """Find a file by its shipped name or path and parse it.
+
+    Raises
+    ------
+    FileError, UnknownNameError
+        If there is none, or it is no TOML with [[table]]s.
+    """
+    path = Path(name)
+    if path.suffix != ".toml":
+        path = folder / f"{name}.toml"
+        if not path.is_file():
+            known = sorted(p.stem for p in folder.glob("*.toml"))
+            raise UnknownNameError(kind, kind, str(name), known)
+    return path, parse(path, _read(path, kind), kind, table)
+
+
+def _read(path: Path, kind: str) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise FileError(path, "no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path, f"not a {kind}: {error}".splitlines()[0]) from None
+
+
+def parse(path: Path, content: str, kind: str, table: str) -> dict[str, Any]:
+    """Parse a text that should have [[table]]s.
+
+    Raises
+    ------
+    FileError
+        If it is no TOML or has none.
+    """
+    try:
+        found = tomllib.loads(content)
+    except tomllib.TOMLDecodeError as error:
+        raise FileError(path, f"not a {kind}: {error}".splitlines()[0]) from None
+    if table and not found.get(table):
+        raise FileError(path, f"no [[{table}]]", f"a {kind} has at least one")
+    return found
+
+
+def check_keys(
+    where: Path | str, row: Mapping[str, Any], known: Collection[str]
+) -> None:
+    """Expect only keys that exist."""
+    for key in row:
+        if key not in known:
+            raise UnknownNameError(where, "key", key, known)
+
+
+def tables(
+    path: Path, name: str, content: Mapping[str, Any], known: Collection[str]
+) -> list[dict[str, Any]]:
+    """Return the [[name]] tables, their keys checked."""
+    rows = content.get(name)
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise FileError(path, f"{name} is {rows!r}", f"write [[{name}]] tables")
+    for row in rows:
+        check_keys(f"{path} [[{name}]]", row, known)
+    return rows
+
+
+def text(where: Path | str, key: str, row: Mapping[str, Any]) -> str:
+    """Return a text that is not empty."""
+    value = row.get(key)
+    if not isinstance(value, str) or not value:
+        raise FileError(where, f"{key} is {value!r}", f'give {key} = "..."')
+    return value
+
+
+def texts(where: Path | str, key: str, row: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return a list of texts, empty if it is not there."""
+    value = row.get(key, [])
+    if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
+        raise FileError(where, f"{key} is {value!r}", f'give {key} = ["...", ...]')
+    return tuple(value)
+
+
+def numbers(where: Path | str, key: str, value: Any, count: int) -> Floats:
+    """Return so many finite numbers."""
+    try:
+        found = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (count,) or not np.isfinite(found).all():
+        raise FileError(where, f"{key} is {value!r}", f"give {count} numbers")
+    return found
+
+
+def factors(where: Path | str, value: Any) -> dict[str, float]:
+    """Return a table of numbers by name."""
+    if not isinstance(value, dict) or not value:
+        raise FileError(where, f"{value!r} is no table", "give { name = factor }")
+    for key, number in value.items():
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise FileError(where, f"{key} = {number!r}", "it should be a number")
+    return {key: float(number) for key, number in value.items()}
