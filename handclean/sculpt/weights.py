@@ -24,8 +24,9 @@ _CREASE = 0.4
 """How much further out the palm's side of a finger begins, share of the depth."""
 
 # Differences of distances over which one finger's skin becomes another's, and the
-# thumb's the palm's.
-_WEB, _THENAR = 4.0 * _MM, 11.0 * _MM
+# thumb's the palm's: the latter at the thumb's base, and at its web.
+_WEB, _THENAR = 4.0 * _MM, (11.0 * _MM, 20.0 * _MM)
+_THENAR_WIDENS = (20.0 * _MM, 45.0 * _MM)  # along the thumb
 
 
 def smooth_step(t: Floats) -> Floats:
@@ -43,7 +44,11 @@ def finger_shares(anatomy: Anatomy, points: Floats) -> list[Floats]:
     for n, finger in enumerate(anatomy.fingers):
         if finger.name == "thumb":
             others = np.min([*palm, *away[1:]], axis=0)
-            owns = smooth_step((others - away[0]) / (2.0 * _THENAR) + 0.5)
+            start, stop = _THENAR_WIDENS
+            y = finger.tube.local(points)[:, 1]
+            web = smooth_step((y - start) / (stop - start))
+            width = (1.0 - web) * _THENAR[0] + web * _THENAR[1]
+            owns = smooth_step((others - away[0]) / (2.0 * width) + 0.5)
         else:
             others = np.min([away[m] for m in range(5) if m != n], axis=0)
             owns = smooth_step((others - away[n]) / (2.0 * _WEB) + 0.5)
