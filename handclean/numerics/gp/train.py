@@ -1,0 +1,214 @@
+"""From samples to hyperparameters, with few dear evaluations.
+
+Starting points are compared, and the best brought to its minimum, on a random subset
+of the samples; from there a larger subset and then all samples need only a few steps of
+`descend`, because the Hessian at the smaller subset's minimum, by differences of
+gradients and times the ratio of the numbers of samples, is nearly the right one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from handclean.arrays import Floats
+from handclean.numerics.gp.descent import Descent, Function, descend
+from handclean.numerics.gp.exact import Evidence
+from handclean.numerics.gp.kernels import Kernel
+from handclean.numerics.gp.settings import FitSettings
+from handclean.numerics.gp.sparse import JITTERS, SparseEvidence
+
+NOISE = np.log(0.1)
+GROWTH = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trained:
+    """Hyperparameters that explain the samples best.
+
+    Attributes
+    ----------
+    logs : the kernel's and, last, the noise's variance; logarithms.
+    pseudo : (M, S) pseudo-inputs, none for the exact model.
+    evaluations : with all samples; subset_evaluations : with fewer.
+    converged : False if it was stopped.
+    value : negative log evidence of the scaled targets.
+    jitter : the most that a singular covariance needed on its diagonal.
+    """
+
+    logs: Floats
+    pseudo: Floats
+    value: float
+    jitter: float
+    evaluations: int
+    subset_evaluations: int
+    converged: bool
+
+
+def bounds(kernel: Kernel) -> tuple[Floats, Floats]:
+    """Lowest and highest logarithms, the noise's last.
+
+    Inputs and targets have deviation 1: a variance below 1e-8 does nothing, and a
+    length outside 1/100 to 1000 deviations is one between samples or none at all.
+    """
+    lower = [-14.0 if "gamma" in name else -18.5 for name in kernel.names]
+    return np.array([*lower, -18.5]), np.array([9.0] * kernel.size + [2.0])
+
+
+def start(kernel: Kernel, which: int, rng: np.random.Generator) -> Floats:
+    """A starting point: the first one plain, others about it.
+
+    Every further squared exponential of a sum starts shorter and smaller than the one
+    before, or they would stay the same.
+    """
+    logs, seen = np.zeros(kernel.size + 1), 0
+    logs[-1] = NOISE
+    for place, name in enumerate(kernel.names):
+        if name.endswith("eta"):
+            seen += 1
+            logs[place] = -2.0 * (seen - 1)
+        elif "gamma" in name:
+            logs[place] = 2.0 * (seen - 1)
+    if which:
+        logs += rng.normal(0.0, 1.5, len(logs))
+    return logs
+
+
+def hessian(function: Function, point: Floats, step: float = 1e-2) -> Floats:
+    """Positive definite Hessian, by central differences of the gradient."""
+    rows = [
+        function(point + move)[1] - function(point - move)[1]
+        for move in step * np.eye(len(point))
+    ]
+    matrix = np.array(rows) / (2.0 * step)
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    values = np.maximum(np.abs(values), 1e-3 * np.abs(values).max())
+    positive: Floats = (vectors * values) @ vectors.T
+    return positive
+
+
+def train_exact(
+    kernel: Kernel,
+    mean: str,
+    inputs: Floats,
+    targets: Floats,
+    settings: FitSettings,
+    rng: np.random.Generator,
+) -> Trained:
+    """Maximise the exact model's evidence.
+
+    Parameters
+    ----------
+    inputs : (N, S); targets : (N,), both scaled.
+    rng : draws subsets and starting points.
+    """
+    order = rng.permutation(len(inputs))
+    starts = [start(kernel, which, rng) for which in range(settings.starts)]
+    lower, upper = bounds(kernel)
+    cheap = dear = 0
+    found: Descent | None = None
+    matrix: Floats | None = None
+    for size, following in _ladder(settings.subset, len(inputs)):
+        chosen = np.sort(order[:size])
+        evidence = Evidence(kernel, mean, inputs[chosen], targets[chosen])
+        if found is None:
+            found, count = _best_of(evidence, starts, lower, upper)
+        else:
+            most = settings.evaluations if following is None else 40
+            found = descend(
+                evidence, found.point, lower, upper, hessian=matrix, evaluations=most
+            )
+            count = found.evaluations
+        if following is None:
+            dear = count
+            break
+        matrix = hessian(evidence, found.point) * (following / size)
+        cheap += count + 2 * len(found.point)
+    assert found is not None
+    return Trained(
+        logs=found.point,
+        value=found.value,
+        jitter=evidence.jitter,
+        pseudo=np.zeros((0, inputs.shape[1])),
+        evaluations=dear,
+        subset_evaluations=cheap,
+        converged=found.converged,
+    )
+
+
+def _ladder(subset: int, count: int) -> list[tuple[int, int | None]]:
+    """Numbers of samples to train with in turn, each with the next."""
+    sizes = [count]
+    while sizes[0] > 2 * subset:
+        sizes.insert(0, max(sizes[0] // GROWTH, subset))
+    return list(zip(sizes, [*sizes[1:], None], strict=True))
+
+
+def _best_of(
+    evidence: Function, starts: Sequence[Floats], lower: Floats, upper: Floats
+) -> tuple[Descent, int]:
+    """The deepest descent; and the evaluations of all.
+
+    All go a short way, then those that lead go on.
+    """
+    tried = [descend(evidence, point, lower, upper, evaluations=30) for point in starts]
+    best = min(tried, key=lambda descent: descent.value)
+    final = descend(evidence, best.point, lower, upper, hessian=best.hessian)
+    return final, final.evaluations + sum(part.evaluations for part in tried)
+
+
+def train_sparse(
+    kernel: Kernel,
+    mean: str,
+    inputs: Floats,
+    targets: Floats,
+    settings: FitSettings,
+    rng: np.random.Generator,
+) -> Trained:
+    """Maximise the sparse model's evidence by pseudo-inputs and hyperparameters.
+
+    The hyperparameters start from the exact model's of a subset, the pseudo-inputs from
+    random samples; with as many pseudo-inputs as samples they are the samples.
+
+    Parameters
+    ----------
+    inputs : (N, S); targets : (N,), both scaled.
+    """
+    order = rng.permutation(len(inputs))
+    few = np.sort(order[: 2 * settings.subset])
+    first = train_exact(kernel, mean, inputs[few], targets[few], settings, rng)
+    count = min(settings.pseudo_inputs, len(inputs))
+    evidence = SparseEvidence(kernel, mean, inputs, targets, count)
+    pseudo = inputs[np.sort(order[:count])]
+    lower, upper = bounds(kernel)
+    free = np.full(pseudo.size, np.inf)
+    found = minimize(
+        evidence,
+        np.concatenate([first.logs, pseudo.ravel()]),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(
+            zip(
+                np.concatenate([lower, -free]),
+                np.concatenate([upper, free]),
+                strict=True,
+            )
+        ),
+        options={
+            "maxfun": settings.evaluations,
+            "maxiter": settings.evaluations,
+            "maxcor": 20,
+            "ftol": 1e-9,
+        },
+    )
+    logs, _, pseudo = evidence.split(found.x)
+    return Trained(
+        logs=found.x[: len(logs) + 1],
+        value=float(found.fun),
+        jitter=0.0 if evidence.jitter == JITTERS[0] else evidence.jitter,
+        pseudo=pseudo,
+        evaluations=int(found.nfev),
+        subset_evaluations=first.evaluations + first.subset_evaluations,
+        converged=bool(found.success),
+    )
