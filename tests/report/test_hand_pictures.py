@@ -29,7 +29,7 @@ def test_a_hand_covers_what_its_triangles_cover():
 
 def test_what_is_nearer_hides_what_is_behind():
     square = np.array([[0.0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0, 0.02, 0]])
-    vertices = np.vstack([square, square + [0, 0, 0.01]])
+    vertices = np.vstack([square, square + np.array([0, 0, 0.01])])
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     faces = np.vstack([faces, faces + 4])
     colors = np.repeat([[1.0, 0, 0], [0, 0, 1.0]], 4, axis=0)
