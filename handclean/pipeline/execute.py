@@ -10,7 +10,7 @@ from typing import Any
 import threadpoolctl
 
 from handclean.errors import HandcleanError
-from handclean.pipeline import outputs, record, require
+from handclean.pipeline import interrupts, outputs, record, require
 from handclean.pipeline.batch import Report, Source, Task, Work
 from handclean.pipeline.notice import Notice, silent, watching
 from handclean.pipeline.outcome import Outcome
@@ -38,8 +38,10 @@ def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
         reason = (error.strerror or str(error)).lower()
         report = _failed(f"{error.filename or where}: {reason}")
     except Exception as error:
+        interrupts.raise_swallowed()
         text = f"{where}: internal error, please report it: {type(error).__name__}: "
         report = _failed(text + str(error), trace=traceback.format_exc())
+    interrupts.raise_swallowed()
     return replace(report, seconds=round(time.perf_counter() - started, 3))
 
 

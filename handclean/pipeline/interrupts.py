@@ -23,19 +23,28 @@ class Interrupted(BaseException):
 class _State:
     holding = 0
     waiting: int | None = None
+    raised: int | None = None
 
 
 def _on_signal(signum: int, frame: FrameType | None) -> None:
     if _State.holding:
         _State.waiting = signum
     else:
+        _State.raised = signum
         raise Interrupted(signum)
+
+
+def raise_swallowed() -> None:
+    """Raise `Interrupted` again if a compiler's callback swallowed or changed it."""
+    if _State.raised is not None:
+        raise Interrupted(_State.raised)
 
 
 @contextmanager
 def raising() -> Iterator[None]:
     """Turn signals into `Interrupted`; one that is ignored (nohup) stays ignored."""
     before = {s: signal.getsignal(s) for s in SIGNALS}
+    _State.raised = None
     for signum, handler in before.items():
         if handler != signal.SIG_IGN:
             signal.signal(signum, _on_signal)

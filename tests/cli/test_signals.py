@@ -38,6 +38,14 @@ def test_a_lone_input_leaves_nothing_half_written(program, write, number):
     assert files() == ["a.txt", "started"]
 
 
+@pytest.mark.parametrize("how", ["change", "hide"])
+def test_a_signal_that_a_compiler_swallows_ends_the_run(program, write, how):
+    names = write(a=f"swallow {how}", b="one")
+    process = program("tally", *names, "-o", "out", "--format", "csv")
+    _, err = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, err) == (143, "interrupted by SIGTERM\n")
+
+
 @pytest.mark.parametrize("to_all", [False, True], ids=["command", "whole group"])
 def test_workers_leave_nothing_half_written(program, write, to_all):
     names = write(a="one", b="linger started", c="linger started2", d="one")

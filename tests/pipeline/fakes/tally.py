@@ -70,5 +70,12 @@ def act(source, word="", argument="", begun=""):
         Path(begun).write_text("yes")
         while not Path(argument).exists():
             time.sleep(0.01)
+    if word == "swallow":  # as numba does when it is stopped while it compiles
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(600)
+        except BaseException as error:
+            if argument == "change":
+                raise RuntimeError("no compiled object yet") from error
     if word == "prints":
         os.write(1, b"noise")
