@@ -40,8 +40,7 @@ def test_a_lone_input_leaves_nothing_half_written(program, write, number):
 
 @pytest.mark.parametrize("how", ["change", "hide"])
 def test_a_signal_that_a_compiler_swallows_ends_the_run(program, write, how):
-    names = write(a=f"swallow {how}", b="one")
-    process = program("tally", *names, "-o", "out", "--format", "csv")
+    process = program("tally", *write(a=f"swallow {how}"), "-o", "a.csv")
     _, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, err) == (143, "interrupted by SIGTERM\n")
 
