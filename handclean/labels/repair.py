@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from handclean.arrays import Floats
+from handclean.arrays import Bools, Floats
 from handclean.ik.settings import SolveConfig
 from handclean.kernels import jit
 from handclean.kernels.gauss_newton import misfit
@@ -153,15 +153,20 @@ def suspicious(fit: Floats, spare: Floats, markers: int) -> Floats:
     known = np.isfinite(fit)
     if not known.any():
         return np.zeros(len(fit))
-    kernel = np.ones(2 * AROUND + 1)
-    weight = np.maximum(np.convolve(known, kernel, mode="same"), 1.0)
-    mean = np.convolve(np.where(known, fit, 0.0), kernel, mode="same") / weight
+    weight = np.maximum(_around(known), 1.0)
+    mean = _around(np.where(known, fit, 0.0)) / weight
     middle = float(np.median(mean[known]))
     spread = 1.48 * float(np.median(np.abs(mean[known] - middle)))
     most = min(middle + 4.0 * spread, EXPECTED) + BETTER / markers
     excess = np.where(mean > most, mean / most - 1.0, 0.0)
-    idle = np.convolve(spare, kernel, mode="same") / len(kernel)
+    idle = _around(spare) / (2 * AROUND + 1)
     return np.where(known, excess + np.where(idle > 1.5, idle, 0.0), 0.0)
+
+
+def _around(values: Floats | Bools) -> Floats:
+    """(T,) sum over each frame and those around it, however few frames there are."""
+    total: Floats = np.convolve(values, np.ones(2 * AROUND + 1))
+    return total[AROUND : len(total) - AROUND]
 
 
 def repair(

@@ -132,3 +132,13 @@ def test_a_take_without_the_hand_is_refused_in_one_line(trial, rng):
     with pytest.raises(HandcleanError, match="hand") as caught:
         label(take, trial.subject)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 4, 5])
+def test_a_take_of_a_few_frames_is_labelled(trial, frames):
+    points = trial.unlabelled.unlabelled
+    cut = rows(points, np.flatnonzero(points.frame < frames))
+    short = replace(trial.unlabelled, frames=frames, unlabelled=cut)
+    found, figures = label(short, trial.subject)
+    assert found.frames == frames
+    assert figures.followed == frames
