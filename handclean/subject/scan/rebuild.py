@@ -3,10 +3,12 @@
 **Joints.** Mean value coordinates of the template's joints in the template's mesh, both
 in the posture of the registration, carry them to the fitted mesh (Schroeder et al.
 2017; Floater et al. 2005). So do the tips, which end the last bones. Coordinates in the
-whole mesh would move a joint along with other fingers: each finger sees all others, and
-where two touch, coordinates are large and of both signs (with sums of the negative ones
-of -2 to -16, joints went astray by centimetres). So a joint's coordinates are those in
-the part of the mesh that its two bones move, closed at the cuts.
+whole mesh move a joint along with other fingers, which each finger sees, and where the
+posed template's thumb and index run into each other they are large and of both signs.
+So a joint's coordinates are those in the part of the mesh that its two bones move,
+closed at the cuts. On eight simulated hands with skins known exactly, joints were off
+by 0.44 mm in the mean (2.4 at most); with the whole mesh by 2.6 (205 where thumb and
+index met), with the whole mesh in the zero posture by 1.2 (2.9).
 
 **Zero posture.** A skeleton's bones are parallel to the template's in the zero posture:
 the flat hand, fingers straight. The hand's own orientation is that of the wrist and the
