@@ -44,8 +44,8 @@ from handclean.subject.calibrate import calibrate
 from handclean.subject.frames import gather, thinned
 from handclean.subject.scan.alignment import Aligned, Template
 from handclean.subject.scan.cloud import Scan
+from handclean.subject.scan.dress import dress
 from handclean.subject.scan.fit import drawn, fit_scan, shipped_start
-from handclean.subject.scan.markers import dress
 from handclean.subject.scan.rebuild import rebuilt
 from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig

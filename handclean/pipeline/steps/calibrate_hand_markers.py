@@ -13,7 +13,7 @@ from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Calibrating
 from handclean.pipeline.outcome import Entry, Outcome
 from handclean.subject.calibrate import calibrate
-from handclean.subject.scan.markers import Dressed, dress
+from handclean.subject.scan.dress import Dressed, dress
 
 SCANNED = ("neutral_rms_mm", "neutral_set_rms_mm", "marker_height_mm")
 """Figures of hands from a scan only."""

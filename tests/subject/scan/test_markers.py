@@ -13,7 +13,8 @@ from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.subject.calibrate import measure
 from handclean.subject.frames import gather
-from handclean.subject.scan.markers import dress, dressed, place, with_forearm
+from handclean.subject.scan.dress import dress
+from handclean.subject.scan.markers import dressed, place, with_forearm
 from handclean.subject.settings import CalibrateConfig
 
 NONE = np.zeros(0, dtype=np.int64)
