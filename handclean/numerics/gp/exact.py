@@ -26,7 +26,7 @@ from handclean.arrays import Floats
 from handclean.numerics.gp.kernels import Kernel, total
 from handclean.numerics.gp.means import basis, weights
 
-ROWS = 256
+ROWS = 512
 JITTERS = (0.0, 1e-10, 1e-8, 1e-6, 1e-4)
 """Shares of the largest variance that are added to the diagonal, in turn."""
 
@@ -53,6 +53,13 @@ class Evidence:
         self.columns = basis(mean, inputs)
         self.jitter = 0.0
         self._matrix = np.zeros((len(inputs), len(inputs)))
+        self._grams = [
+            [
+                np.zeros((rows.stop - rows.start, beyond.stop - beyond.start))
+                for _ in kernel.terms
+            ]
+            for rows, beyond in self._blocks()
+        ]
 
     def __call__(self, logs: Floats) -> tuple[float, Floats]:
         """Value and derivatives; infinite where there is no factorisation."""
@@ -90,8 +97,8 @@ class Evidence:
         """Factor, and the kernel's terms block by block."""
         blocks = self._blocks()
         grams = [
-            self.kernel.grams(logs, self.inputs[rows], self.inputs[beyond])
-            for rows, beyond in blocks
+            self.kernel.grams(logs, self.inputs[rows], self.inputs[beyond], out)
+            for (rows, beyond), out in zip(blocks, self._grams, strict=True)
         ]
         largest = noise + float(self.kernel.diagonal(logs, self.inputs).max())
         matrix = self._matrix
@@ -109,9 +116,8 @@ class Evidence:
 def _halve(up: Floats) -> None:
     """Keep each pair of samples once: those before the diagonal go, it counts half."""
     size = len(up)
-    square = up[:, :size]
-    square[np.tril_indices(size, -1)] = 0.0
-    np.einsum("ii->i", square)[:] *= 0.5
+    up[:, :size] = np.triu(up[:, :size])
+    up[np.arange(size), np.arange(size)] *= 0.5
 
 
 def fitted_mean(

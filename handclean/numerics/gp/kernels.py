@@ -37,8 +37,10 @@ class Term(Protocol):
     def names(self, inputs: int) -> list[str]:
         """Names of the hyperparameters."""
 
-    def gram(self, logs: Floats, a: Floats, b: Floats) -> Floats:
-        """(n, m) covariance between a (n, S) and b (m, S)."""
+    def gram(
+        self, logs: Floats, a: Floats, b: Floats, out: Floats | None = None
+    ) -> Floats:
+        """(n, m) covariance between a (n, S) and b (m, S), in ``out`` if given."""
 
     def diagonal(self, logs: Floats, a: Floats) -> Floats:
         """(n,) covariance of each of a (n, S) with itself."""
@@ -59,9 +61,11 @@ class Linear:
         """Names of the hyperparameters."""
         return [f"beta_{d + 1}" for d in range(inputs)]
 
-    def gram(self, logs: Floats, a: Floats, b: Floats) -> Floats:
+    def gram(
+        self, logs: Floats, a: Floats, b: Floats, out: Floats | None = None
+    ) -> Floats:
         """(n, m) covariance."""
-        gram: Floats = (a * np.exp(logs)) @ b.T
+        gram: Floats = np.matmul(a * np.exp(logs), b.T, out=out)
         return gram
 
     def diagonal(self, logs: Floats, a: Floats) -> Floats:
@@ -98,14 +102,18 @@ class SquaredExponential:
         gamma: Floats = np.broadcast_to(np.exp(logs[1:]), (inputs,))
         return gamma
 
-    def gram(self, logs: Floats, a: Floats, b: Floats) -> Floats:
+    def gram(
+        self, logs: Floats, a: Floats, b: Floats, out: Floats | None = None
+    ) -> Floats:
         """(n, m) covariance."""
         root = np.sqrt(self._gamma(logs, a.shape[1]))
         a, b = a * root, b * root
         one_a, one_b = np.ones((len(a), 1)), np.ones((len(b), 1))
         half_a = logs[0] - 0.5 * (a * a).sum(axis=1, keepdims=True)
         half_b = -0.5 * (b * b).sum(axis=1, keepdims=True)
-        gram: Floats = np.hstack([a, half_a, one_a]) @ np.hstack([b, one_b, half_b]).T
+        gram: Floats = np.matmul(
+            np.hstack([a, half_a, one_a]), np.hstack([b, one_b, half_b]).T, out=out
+        )
         np.minimum(gram, logs[0], out=gram)
         np.exp(gram, out=gram)
         return gram
@@ -146,9 +154,11 @@ class Polynomial:
         """Names of the hyperparameters."""
         return ["c", *(f"beta_{d + 1}" for d in range(inputs))]
 
-    def gram(self, logs: Floats, a: Floats, b: Floats) -> Floats:
+    def gram(
+        self, logs: Floats, a: Floats, b: Floats, out: Floats | None = None
+    ) -> Floats:
         """(n, m) covariance."""
-        gram: Floats = self._base(logs, a, b) ** self.degree
+        gram: Floats = np.power(self._base(logs, a, b), self.degree, out=out)
         return gram
 
     def _base(self, logs: Floats, a: Floats, b: Floats) -> Floats:
@@ -227,9 +237,19 @@ class Kernel:
             for name in TERMS[term].names(self.inputs)
         ]
 
-    def grams(self, logs: Floats, a: Floats, b: Floats) -> list[Floats]:
-        """(n, m) covariance between a (n, S) and b (m, S), term by term."""
-        return [term.gram(logs[part], a, b) for term, part in self._parts]
+    def grams(
+        self, logs: Floats, a: Floats, b: Floats, out: Sequence[Floats] | None = None
+    ) -> list[Floats]:
+        """(n, m) covariance between a (n, S) and b (m, S), term by term.
+
+        ``out``, a matrix per term, saves asking the system for memory each time, which
+        takes longer than the arithmetic.
+        """
+        into: Sequence[Floats | None] = out or [None] * len(self.terms)
+        return [
+            term.gram(logs[part], a, b, matrix)
+            for (term, part), matrix in zip(self._parts, into, strict=True)
+        ]
 
     def gram(self, logs: Floats, a: Floats, b: Floats) -> Floats:
         """(n, m) covariance between a (n, S) and b (m, S)."""

@@ -10,7 +10,7 @@ class FitSettings:
 
     starts: Annotated[int, "Starting points of the hyperparameters."] = 3
     pseudo_inputs: Annotated[int, "Pseudo-inputs of the sparse model (M)."] = 100
-    subset: Annotated[int, "Samples on which the starting points are compared."] = 256
+    subset: Annotated[int, "Samples on which the starting points are compared."] = 128
     evaluations: Annotated[
         int, "Evaluations of the evidence with all samples, at most."
     ] = 100

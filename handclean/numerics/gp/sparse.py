@@ -15,8 +15,8 @@ both. With a = C^-1 (y - H alpha), G = C^-1 - a a^T and p its diagonal,
     df = 1/2 sum_n p_n d(k_nn + sigma^2) + <G_MN, dK_MN> + <G_MM, dK_MM>
     G_MN = L^-T (L_A^-T U D^-1 - (V a) a^T - V diag(p)),   G_MM = -1/2 G_MN B^T
 
-where B = L^-T V. All sums over samples are taken ``ROWS`` samples at a time: time is
-O(M^2 N), memory two matrices of M x N (V and the kernel) beside a few of M x M.
+where B = L^-T V. All sums over samples are taken a few at a time: time is O(M^2 N),
+memory V and the kernel's terms, M x N each, beside a few of M x M.
 
 Prediction (18, 19, with the mean that the paper's 19 lacks) at s, k = K(Z, s):
 
@@ -28,14 +28,17 @@ where R^T R = K_MM^-1 - (K_MM + K_MN D^-1 K_NM)^-1 = L^-T (I - A^-1) L^-1 is tri
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.blas import dsyrk, dtrmm, dtrsm
-from scipy.linalg.lapack import dpotrf
+from scipy.linalg.blas import dger, dsyrk, dtrmm, dtrsm
+from scipy.linalg.lapack import dpotrf, dtrtri
 
 from handclean.arrays import Floats
 from handclean.numerics.gp.kernels import Kernel, total
 from handclean.numerics.gp.means import basis, weights
 
-ROWS = 512
+ENTRIES = 32768
+"""Of a matrix of pseudo-inputs by samples that are handled at a time: so many stay in
+the processor's cache, and in memory that need not be asked for anew."""
+
 JITTERS = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 """Added to the diagonal of K_MM (targets have deviation 1), in turn."""
 
@@ -89,6 +92,7 @@ class SparseEvidence:
         self.count = count
         self.jitter = JITTERS[0]
         self._v = np.zeros((len(inputs), count))
+        self._grams = [np.zeros((len(inputs), count)) for _ in kernel.terms]
 
     def split(self, vector: Floats) -> tuple[Floats, float, Floats]:
         """Kernel's logarithms, noise's variance, pseudo-inputs (M, S)."""
@@ -99,18 +103,18 @@ class SparseEvidence:
     def __call__(self, vector: Floats) -> tuple[float, Floats]:
         """Value and derivatives; infinite where there is no factorisation."""
         logs, noise, pseudo = self.split(vector)
-        grams: list[list[Floats]] = []
-        solved = self.solve(vector, grams)
+        solved = self.solve(vector)
         if solved is None:
             return np.inf, np.zeros(len(vector))
-        by_logs, by_pseudo, by_noise = self._gradient(logs, pseudo, solved, grams)
+        by_logs, by_pseudo, by_noise = self._gradient(logs, pseudo, solved)
         return solved.value, np.concatenate(
             [by_logs, [noise * by_noise], by_pseudo.ravel()]
         )
 
     def _chunks(self) -> list[slice]:
         count = len(self.inputs)
-        return [slice(i, min(i + ROWS, count)) for i in range(0, count, ROWS)]
+        rows = int(np.clip(ENTRIES // self.count, 128, 1024))
+        return [slice(i, min(i + rows, count)) for i in range(0, count, rows)]
 
     def factor(self, logs: Floats, pseudo: Floats) -> Floats | None:
         """Lower factor of K_MM, or None."""
@@ -127,10 +131,8 @@ class SparseEvidence:
                 return lower
         return None
 
-    def solve(
-        self, vector: Floats, keep: list[list[Floats]] | None = None
-    ) -> _Solved | None:
-        """Value and factors; the kernel's terms of each chunk go to ``keep``."""
+    def solve(self, vector: Floats) -> _Solved | None:
+        """Value and factors."""
         logs, noise, pseudo = self.split(vector)
         lower = self.factor(logs, pseudo)
         if lower is None:
@@ -140,16 +142,16 @@ class SparseEvidence:
         a = np.eye(self.count, order="F")
         both = np.column_stack([self.columns, self.targets])
         sums = np.zeros((self.count, both.shape[1]))
+        inverse, _ = dtrtri(lower, lower=1)
         for rows in self._chunks():
-            parts = self.kernel.grams(logs, self.inputs[rows], pseudo)
-            if keep is not None:
-                keep.append(parts)
+            out = [matrix[rows] for matrix in self._grams]
+            parts = self.kernel.grams(logs, self.inputs[rows], pseudo, out)
             across = np.array(total(parts)).T
-            v = dtrsm(1.0, lower, across, lower=1, overwrite_b=1)
+            v = dtrmm(1.0, inverse, across, lower=1, overwrite_b=1)
             self._v[rows] = v.T
             squares = np.einsum("ij,ij->j", v, v)
             diagonal[rows] = np.maximum(variances[rows] - squares, noise)
-            weighted = v / np.sqrt(diagonal[rows])
+            weighted = v * (1.0 / np.sqrt(diagonal[rows]))
             a = dsyrk(1.0, weighted, beta=1.0, c=a, lower=1, overwrite_c=1)
             sums += v @ (both[rows] / diagonal[rows, None])
         lower_a, info = dpotrf(a, lower=1, overwrite_a=1, clean=1)
@@ -188,31 +190,32 @@ class SparseEvidence:
         )
 
     def _gradient(
-        self, logs: Floats, pseudo: Floats, solved: _Solved, grams: list[list[Floats]]
+        self, logs: Floats, pseudo: Floats, solved: _Solved
     ) -> tuple[Floats, Floats, float]:
         """Derivatives by logarithms, pseudo-inputs, and the noise's variance."""
-        back = dtrsm(1.0, solved.lower_a, solved.summary[:, None], lower=1, trans_a=1)[
-            :, 0
-        ]
+        inverse, _ = dtrtri(solved.lower, lower=1)
+        inverse_a, _ = dtrtri(solved.lower_a, lower=1)
+        back = solved.summary @ inverse_a
         by_logs, by_pseudo = np.zeros(len(logs)), np.zeros(pseudo.shape)
         up_mm, by_noise = np.zeros((self.count, self.count)), 0.0
-        for rows, parts in zip(self._chunks(), grams, strict=True):
+        for rows in self._chunks():
+            parts = [matrix[rows] for matrix in self._grams]
             v, d = self._v[rows].T, solved.diagonal[rows]
-            u = dtrsm(1.0, solved.lower_a, v, lower=1)
+            u = dtrmm(1.0, inverse_a, v, lower=1)
             a = (solved.left[rows] - back @ v) / d
             p = (1.0 - np.einsum("ij,ij->j", u, u) / d) / d - a * a
-            inner = dtrsm(1.0, solved.lower_a, u, lower=1, trans_a=1, overwrite_b=1)
-            inner /= d
-            inner -= np.outer(back, a)
+            inner = dtrmm(1.0, inverse_a, u, lower=1, trans_a=1, overwrite_b=1)
+            inner *= 1.0 / d
+            inner = dger(-1.0, back, a, a=inner, overwrite_a=1)
             inner -= v * p
-            up = dtrsm(1.0, solved.lower, inner, lower=1, trans_a=1, overwrite_b=1)
+            up = dtrmm(1.0, inverse, inner, lower=1, trans_a=1, overwrite_b=1)
             up_mm -= 0.5 * (up @ v.T)
             inputs = self.inputs[rows]
             more, moved = self.kernel.pull(logs, inputs, pseudo, parts, up.T)
             by_logs += more + 0.5 * self.kernel.pull_diagonal(logs, inputs, p)
             by_pseudo += moved
             by_noise += 0.5 * float(p.sum())
-        up_mm = dtrsm(1.0, solved.lower, up_mm.T, lower=1, trans_a=1).T
+        up_mm = up_mm @ inverse
         up_mm = 0.5 * (up_mm + up_mm.T)
         parts = self.kernel.grams(logs, pseudo, pseudo)
         more, moved = self.kernel.pull(logs, pseudo, pseudo, parts, up_mm)
