@@ -114,8 +114,7 @@ def outer_root(d: Floats, squares: Floats, start: float, side: float) -> float:
     start : where to begin: outside all eigenvalues, on their side.
     side : -1 for the smallest, from the left; 1 for the largest, from the right.
     """
-    n = d.shape[0]
-    x = start
+    x, n = start, d.shape[0]
     for _ in range(_STEPS):
         p0, p1 = 1.0, d[0] - x
         s0, s1 = 0.0, -1.0  # first derivative
@@ -136,5 +135,5 @@ def outer_root(d: Floats, squares: Floats, start: float, side: float) -> float:
         step = n / (slope + side * math.sqrt(max(inner, 0.0)))
         x -= step
         if abs(step) <= _SURE * abs(x):
-            return x
-    return x
+            return float(x)
+    return float(x)

@@ -1,4 +1,4 @@
-"""The energy of marker layouts, and two ways of changing them: a swarm, an exchange.
+"""The energy of marker layouts.
 
 A layout is k rows of N candidate places. What the energy needs is summed up beforehand:
 of candidate v in keyframe f the product J'J of its three rows of the Jacobian, its
@@ -20,7 +20,6 @@ import numpy as np
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.conditions import condition
-from handclean.kernels.nearest_vertex import nearest_point
 
 
 @jit
@@ -86,7 +85,7 @@ def cheap_energy(layout: Ints, gaps: Floats, hidden: Floats, weights: Floats) ->
     energy = weights[2] * unseen / k
     if k > 1:
         energy -= weights[1] * least
-    return energy
+    return float(energy)
 
 
 @jit
@@ -117,14 +116,14 @@ def layout_energy(
     """
     energy = cheap_energy(layout, gaps, hidden, weights)
     if weights[0] == 0.0 or not energy < math.inf:
-        return energy
+        return float(energy)
     frames, size = grams.shape[1], total.shape[0]
     share = weights[0] / frames
     energy += weights[0]  # all condition numbers at 1
     for n in range(frames):
         f = order[n]
         if energy >= bound:
-            return energy
+            return float(energy)
         for p in range(size):
             total[p] = grams[layout[0], f, p]
         for m in range(1, layout.shape[0]):
@@ -132,172 +131,7 @@ def layout_energy(
                 total[p] += grams[layout[m], f, p]
         kappa[f] = capped_condition(total, 1.0 + (bound - energy) / share, a, d, e)
         energy += share * (kappa[f] - 1.0)
-    return energy
-
-
-@jit
-def swarm_move(
-    points: Floats,
-    axis: Ints,
-    now: Ints,
-    best: Ints,
-    leader: Ints,
-    velocity: Floats,
-    draws: Floats,
-    pull: Floats,
-) -> None:
-    """Move all particles, each of their markers to the nearest candidate.
-
-    Schroeder 2016, equations 10 and 11, and the new velocities.
-
-    Parameters
-    ----------
-    points : (N, 3) [m] candidates; axis : (N,); as in `nearest_point`.
-    now : (S, k) where the particles are; overwritten.
-    best : (S, k) where each was best; leader : (k,) where any was.
-    velocity : (S, k, 3) [m] overwritten.
-    draws : (S, 2) random numbers r1, r2 between 0 and 1.
-    pull : (3,) w, c1, c2.
-    """
-    stack, beyond = np.zeros((64, 2), dtype=np.int64), np.zeros(64)
-    to = np.zeros(3)
-    for s in range(now.shape[0]):
-        own, common = pull[1] * draws[s, 0], pull[2] * draws[s, 1]
-        for m in range(now.shape[1]):
-            here, mine, ours = now[s, m], best[s, m], leader[m]
-            for n in range(3):
-                at = points[here, n]
-                step = velocity[s, m, n] + own * (points[mine, n] - at)
-                to[n] = at + pull[0] * (step + common * (points[ours, n] - at))
-            there = nearest_point(
-                to[0], to[1], to[2], here, points, axis, stack, beyond
-            )
-            now[s, m] = there
-            for n in range(3):
-                velocity[s, m, n] = points[there, n] - points[here, n]
-
-
-@jit
-def swarm_judge(
-    now: Ints,
-    best: Ints,
-    energies: Floats,
-    grams: Floats,
-    gaps: Floats,
-    hidden: Floats,
-    weights: Floats,
-    order: Ints,
-    size: int,
-) -> None:
-    """Weigh all particles, and keep where each was best.
-
-    Parameters
-    ----------
-    now : (S, k); best : (S, k) overwritten where now is better.
-    energies : (S,) of the best, overwritten where now is better.
-    size : C, the columns of the Jacobian; the rest as in `layout_energy`.
-    """
-    kappa, total = np.zeros(grams.shape[1]), np.zeros(grams.shape[2])
-    a, d, e = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-    for s in range(now.shape[0]):
-        energy = layout_energy(
-            now[s],
-            grams,
-            gaps,
-            hidden,
-            weights,
-            order,
-            energies[s],
-            kappa,
-            total,
-            a,
-            d,
-            e,
-        )
-        if energy < energies[s]:
-            energies[s] = energy
-            best[s] = now[s]
-
-
-@jit
-def best_exchange(
-    others: Ints,
-    base: Floats,
-    weak: Floats,
-    strong: Floats,
-    ends: Floats,
-    rows: Floats,
-    grams: Floats,
-    gaps: Floats,
-    hidden: Floats,
-    weights: Floats,
-    order: Ints,
-    bound: float,
-    size: int,
-) -> tuple[int, float]:
-    """Return the candidate that goes best with others, and the energy with it.
-
-    Parameters
-    ----------
-    others : (k - 1,) the other markers of the layout.
-    base : (F, C (C + 1) / 2) their matrices.
-    weak, strong : (F, C) eigenvectors of the others' matrices, of the smallest and the
-        largest eigenvalue; ends : (F, 2) those eigenvalues.
-    rows : (F, N, 3, C) the candidates' Jacobians.
-    bound : only a candidate with less energy is looked for; -1 and ``bound`` if none.
-    size : C; the rest as in `layout_energy`.
-    """
-    frames, few = grams.shape[1], others.shape[0]
-    total = np.zeros(grams.shape[2])
-    a, d, e = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-    least, unseen, share = math.inf, 0.0, weights[0] / frames
-    for i in range(few):
-        unseen += hidden[others[i]]
-        for j in range(i):
-            least = min(least, gaps[others[i], others[j]])
-    found, energy_found = -1, bound
-    for v in range(grams.shape[0]):
-        near, twice = least, False
-        for i in range(few):
-            near = min(near, gaps[v, others[i]])
-            twice = twice or v == others[i]
-        if twice:
-            continue
-        energy = weights[2] * (unseen + hidden[v]) / (few + 1)
-        if few > 0:
-            energy -= weights[1] * near
-        if weights[0] == 0.0:
-            if energy < energy_found:
-                found, energy_found = v, energy
-            continue
-        energy += weights[0]
-        at_least = energy
-        for n in range(frames):
-            if at_least >= energy_found:
-                break
-            low, high = ends[order[n], 0], ends[order[n], 1]
-            for row in range(3):
-                along, across = 0.0, 0.0
-                for c in range(size):
-                    value = rows[order[n], v, row, c]
-                    along += value * strong[order[n], c]
-                    across += value * weak[order[n], c]
-                high += along * along
-                low += across * across
-            at_least += share * (high / low - 1.0) if low > 0.0 else math.inf
-        if at_least >= energy_found:
-            continue
-        for n in range(frames):
-            if energy >= energy_found:
-                break
-            f = order[n]
-            for p in range(total.shape[0]):
-                total[p] = base[f, p] + grams[v, f, p]
-            cap = 1.0 + (energy_found - energy) / share
-            energy += share * (capped_condition(total, cap, a, d, e) - 1.0)
-        if energy < energy_found:
-            found, energy_found = v, energy
-    return found, energy_found
+    return float(energy)
 
 
 @jit

@@ -46,9 +46,9 @@ def feasible(
     HandcleanError
         If fewer vertices than markers are left.
     """
-    for bone in settings.without_bones:
-        if bone not in tree.bones:
-            raise UnknownNameError("without_bones", "bone", bone, tree.bones)
+    for name in settings.without_bones:
+        if name not in tree.bones:
+            raise UnknownNameError("without_bones", "bone", name, tree.bones)
     bone = surface.bones[:, 0]
     allowed = surface.weights[:, 0] >= _ALL
     normals = vertex_normals(surface.vertices, surface.faces)
@@ -93,5 +93,5 @@ def _boxed(vertices: Floats, tree: JointTree, boxes: tuple[float, ...]) -> Bools
     free = vertices * (MIRROR if tree.side == "right" else 1.0)
     ends = np.array(boxes, dtype=np.float64).reshape(-1, 1, 2, 3)
     inside = (free >= ends[:, :, 0]) & (free <= ends[:, :, 1])
-    out: Bools = inside.all(axis=2).any(axis=0)
+    out: Bools = np.asarray(inside.all(axis=2).any(axis=0))
     return out

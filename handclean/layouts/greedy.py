@@ -15,7 +15,7 @@ u, w its condition number is at least (w'Aw + |J_v w|^2) / (u'Au + |J_v u|^2).
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.kernels import layouts as kernels
+from handclean.kernels.exchange import best_exchange
 from handclean.layouts.objective import energies, weights_of
 from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch
@@ -86,7 +86,7 @@ def exchange(
     size = len(problem.columns)
     base: Floats = problem.grams[others].sum(axis=0)
     values, vectors = np.linalg.eigh(unpacked(base, size))
-    return kernels.best_exchange(
+    return best_exchange(
         np.ascontiguousarray(others, dtype=np.int64),
         base,
         np.ascontiguousarray(vectors[:, :, 0]),

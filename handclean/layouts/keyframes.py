@@ -56,10 +56,10 @@ def known_frames(takes: Sequence[Floats], most: int) -> Floats:
     """
     for take in takes:
         expect_shape("angles", take, "T", takes[0].shape[1])
-    angles = np.concatenate(list(takes))
+    angles = np.concatenate(list(takes), dtype=np.float64)
     angles = angles[np.isfinite(angles).all(axis=1)]
     if len(angles) <= most:
-        return angles
+        return np.asarray(angles)
     return angles[np.linspace(0, len(angles) - 1, most).round().astype(np.int64)]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.errors import HandcleanError
+from handclean.layouts.annealing import anneal
 from handclean.layouts.greedy import greedy
 from handclean.layouts.objective import energies, weights_of
 from handclean.layouts.particles import swarm
@@ -20,6 +21,7 @@ Method = Callable[
 ]
 
 METHODS: Mapping[str, Method] = {
+    "anneal": anneal,
     "swarm": swarm,
     "greedy": greedy,
     "wheatland": wheatland,
@@ -27,7 +29,7 @@ METHODS: Mapping[str, Method] = {
 }
 """The ways to find a layout. Those of Wheatland and Hoyet do not look at the energy."""
 
-SEARCHES = ("swarm", "greedy")
+SEARCHES = ("anneal", "swarm", "greedy")
 """Those that lower the energy."""
 
 

@@ -4,8 +4,8 @@ A particle is k markers on candidates, as places in the zero posture. An iterati
 every particle (equation 10, constriction w), puts each of its markers on the nearest
 candidate (equation 11), takes what it moved by as its velocity, and weighs it. In every
 third iteration one marker of half of the particles goes to any candidate before they
-are weighed. r1 and r2 are drawn once for each particle; particles begin at rest on layouts
-drawn at random.
+are weighed. r1 and r2 are drawn once for each particle; particles begin at rest, on
+layouts drawn at random.
 """
 
 import math
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.kernels import layouts as kernels
+from handclean.kernels import swarm as kernels
 from handclean.kernels.nearest_vertex import FEW
 from handclean.layouts.objective import energies, weights_of
 from handclean.layouts.problem import Problem

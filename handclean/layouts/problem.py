@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from handclean.arrays import Floats, Ints, expect_shape
-from handclean.errors import HandcleanError, UnknownNameError
+from handclean.errors import HandcleanError, UnknownNameError, UsageError
 from handclean.hand.model import Model, jacobian, marker_positions, neutral_pose
 from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import HAND_LENGTH
@@ -23,6 +23,7 @@ from handclean.ik.prior import PosturePrior, learn
 from handclean.kernels import layouts
 from handclean.layouts.keyframes import keyframes, known_frames
 from handclean.layouts.settings import LayoutConfig
+from handclean.layouts.visibility import hidden_share
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
 _STILL = 1e-6  # [rad] a joint that turns less does not move
@@ -117,16 +118,16 @@ def subspace_of(
     still = [name for name, turn in zip(names, _turns(angles), strict=True) if not turn]
     if len(still) == len(names):
         raise HandcleanError(
-            f"motion: no joint moves ({_listed(still)}); a posture subspace needs motion"
+            f"motion: no joint moves ({_listed(still)}); a subspace needs motion"
         )
     asked = settings.dimensions or None
     prior = learn(takes, names, directions=asked, share=settings.share)
     varied = int((prior.deviations > _STILL).sum())
     if varied < len(prior.deviations):
-        moves = f"never moves: {_listed(still)}" if still else "moves with others only"
+        why = f" ({_listed(still)} never move)" if still else ""
         raise HandcleanError(
-            f"motion: varies along {varied} directions, not {settings.dimensions}; what "
-            f"{moves}; ask for {varied} dimensions or fewer"
+            f"motion: varies along {varied} directions, not "
+            f"{settings.dimensions}{why}; ask for {varied} dimensions or fewer"
         )
     return prior
 
@@ -150,7 +151,7 @@ def make_problem(
     settings: LayoutConfig,
     *,
     prior: PosturePrior | None = None,
-    hidden: Floats | None = None,
+    surface: Surface | None = None,
 ) -> Problem:
     """Work out what layouts of a hand's candidates are judged by.
 
@@ -158,9 +159,9 @@ def make_problem(
     ----------
     model : the candidates: `on_bones`, or a marker set that is glued on already.
     takes : (T, D) [rad] angles of the motion to capture; names : of the D angles.
-    settings : keyframes, dimensions, share, full, anchor.
+    settings : keyframes, dimensions, share, full, anchor, visibility.
     prior : the posture subspace; learnt from the takes if None.
-    hidden : (N,) see `handclean.layouts.visibility.hidden_share`; zeros if None.
+    surface : the hand's skin; only visibility needs it.
 
     Raises
     ------
@@ -190,7 +191,7 @@ def make_problem(
         places=marker_positions(model, poses),
         jacobian=np.ascontiguousarray(np.concatenate(parts, axis=-1)),
         motion=marker_positions(model, _poses(tree, spread)),
-        hidden=np.zeros(len(model.labels)) if hidden is None else hidden,
+        hidden=_hidden(model, surface, poses, settings),
         length_m=length,
     )
     _check_determined(problem)
@@ -200,6 +201,16 @@ def make_problem(
 def keyframe_poses(problem: Problem) -> Floats:
     """(F, 7 + D) the keyframes as poses, the wrist at the origin, unturned."""
     return _poses(problem.model.tree, problem.angles)
+
+
+def _hidden(
+    model: Model, surface: Surface | None, poses: Floats, settings: LayoutConfig
+) -> Floats:
+    if settings.visibility == 0.0:
+        return np.zeros(len(model.labels))
+    if surface is None:
+        raise UsageError("visibility: needs the hand's skin; leave it at 0 without one")
+    return hidden_share(model, surface, poses)
 
 
 def _poses(tree: JointTree, angles: Floats) -> Floats:

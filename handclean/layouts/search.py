@@ -9,7 +9,7 @@ from handclean.arrays import Floats, Ints
 from handclean.layouts.problem import Problem
 
 Watch = Callable[[int, float], None]
-"""Called with the layouts weighed so far and the least energy, after each step."""
+"""Called after each step with the layouts weighed and the least energy so far."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,12 +35,18 @@ class Log:
         self._rows: list[tuple[float, float]] = []
         self._watch = watch
 
+    @property
+    def least(self) -> float:
+        """The least energy so far."""
+        return self._rows[-1][1] if self._rows else np.inf
+
     def note(self, weighed: int, energy: float) -> None:
-        """Add that so many more layouts were weighed, and the least energy."""
+        """Add that so many more layouts were weighed, one of them with this energy."""
+        least = min(energy, self.least)
         before = self._rows[-1][0] if self._rows else 0.0
-        self._rows.append((before + weighed, energy))
+        self._rows.append((before + weighed, least))
         if self._watch:
-            self._watch(int(before + weighed), energy)
+            self._watch(int(before + weighed), least)
 
     def history(self) -> Floats:
         """(H, 2) layouts weighed and least energy."""

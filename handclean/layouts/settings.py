@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 METHODS = (
+    "anneal",
     "swarm",
     "greedy",
     "wheatland",
@@ -28,7 +29,7 @@ class LayoutConfig:
     full: Annotated[bool, "All joint angles instead of the posture subspace."] = False
     anchor: Annotated[bool, "A marker on the forearm tells where the hand is."] = True
     keyframes: Annotated[int, "Postures of the motion that count."] = 10
-    method: Annotated[str, f"How to search: {', '.join(METHODS)}."] = "swarm"
+    method: Annotated[str, f"How to search: {', '.join(METHODS)}."] = "anneal"
     w1: Annotated[float, "Weight of the condition number."] = 0.1
     w2: Annotated[
         float, "Weight of the smallest distance, squared, in hand lengths."
@@ -48,7 +49,9 @@ class LayoutConfig:
         "Boxes without markers, six numbers each: lowest and highest (to the thumb, "
         "to the fingers, out of the back) from the wrist in the zero posture.",
     ] = ()
-    particles: Annotated[int, "Particles of the swarm."] = 1000
+    particles: Annotated[
+        int, "Particles of the swarm; anneal weighs half as many layouts."
+    ] = 1000
     iterations: Annotated[int, "Iterations of the swarm, at most."] = 100
     patience: Annotated[int, "Iterations without a better layout before it stops."] = 40
     base_share: Annotated[

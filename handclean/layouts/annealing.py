@@ -1,0 +1,135 @@
+"""Annealing, then exchanges: what we use where the papers use a swarm.
+
+A layout is changed one marker at a time: to the candidate nearest to a random step away
+from where it is, or now and then to any. A change for the worse passes with a chance
+that falls as the temperature does (Metropolis). Half as many layouts are weighed as by
+a swarm of that many particles and iterations, each at the cost of the one marker that
+changed. What comes out is settled by `exchanged`, then a few times two of its markers
+are put anywhere and settled again; the better layout is kept.
+
+Why: a swarm pulls the m-th marker of one layout to the m-th of another, though markers
+have no order, so it does well with few markers and poorly with ten, where the smallest
+distance counts. Against 50 seeds of the swarm this is never worse and takes less time
+(tests/bench/bench_layouts.py). Exchanges alone get stuck on that distance: no single
+marker can widen it while two pairs are equally close.
+"""
+
+import numpy as np
+
+from handclean.arrays import Ints
+from handclean.hand.template import HAND_LENGTH
+from handclean.kernels.exchange import anneal as anneal_kernel
+from handclean.layouts.greedy import exchanged
+from handclean.layouts.objective import energies, weights_of
+from handclean.layouts.particles import point_tree
+from handclean.layouts.problem import Problem
+from handclean.layouts.search import Found, Log, Watch, random_layouts
+from handclean.layouts.settings import LayoutConfig
+
+BLOCKS = 25
+HOT, COLD = 0.03, 1e-4
+"""Temperatures at the start and at the end, in units of how much a layout among the
+best twentieth of random ones is worse than the best of them."""
+
+FAR = 0.25
+"""Share of the changes that put a marker anywhere."""
+
+STEP_M = 0.02
+"""Spread of the other changes along each axis, on a hand of template size [m]."""
+
+KICKS, KICKED = 6, 2
+
+
+def anneal(
+    problem: Problem,
+    settings: LayoutConfig,
+    rng: np.random.Generator,
+    start: Ints | None = None,
+    watch: Watch | None = None,
+) -> Found:
+    """Find a layout by annealing and exchanges.
+
+    Parameters
+    ----------
+    settings : markers, particles, iterations; the weights.
+    start : (S, k) layouts, the best of which is begun with; drawn if None.
+    watch : called now and then.
+    """
+    if start is None:
+        start = random_layouts(problem, settings.markers, settings.particles, rng)
+    log = Log(watch)
+    weighed = energies(problem, start, settings).total
+    layout = start[weighed.argmin()].copy()
+    log.note(len(start), float(weighed.min()))
+    finite = np.sort(weighed[np.isfinite(weighed)])
+    if len(finite):
+        scale = max(float(finite[len(finite) // 20] - finite[0]), 1e-9)
+        layout = _annealed(problem, layout, scale, settings, rng, log)
+    layout = exchanged(problem, layout, settings, log)
+    for _ in range(KICKS):
+        layout = _kicked(problem, layout, settings, rng, log)
+    return Found(
+        layout=layout,
+        history=log.history(),
+        stopped=f"settled after {KICKS} kicks",
+    )
+
+
+def _annealed(
+    problem: Problem,
+    layout: Ints,
+    scale: float,
+    settings: LayoutConfig,
+    rng: np.random.Generator,
+    log: Log,
+) -> Ints:
+    """Anneal a layout of finite energy; return the best on the way."""
+    tree = point_tree(problem.home)
+    rank = np.argsort(tree.order)
+    now, found, best = rank[layout], rank[layout], rank[layout]
+    energy = least = log.least
+    count = settings.particles * settings.iterations // (2 * BLOCKS)
+    reach = STEP_M * problem.length_m / HAND_LENGTH
+    heats = scale * np.geomspace(HOT, COLD, count * BLOCKS).reshape(BLOCKS, count)
+    grams = np.ascontiguousarray(problem.grams[tree.order])
+    gaps = np.ascontiguousarray(problem.gaps[np.ix_(tree.order, tree.order)])
+    for heat in heats:
+        steps = rng.normal(0.0, reach, (count, 3))
+        steps[rng.random(count) < FAR] = np.nan
+        energy, lowest = anneal_kernel(
+            now,
+            energy,
+            tree.points,
+            tree.axis,
+            grams,
+            gaps,
+            problem.hidden[tree.order],
+            weights_of(settings),
+            heat,
+            1.0 - rng.random((count, 3)),
+            steps,
+            len(problem.columns),
+            found,
+        )
+        if lowest < least:
+            best, least = found.copy(), lowest
+        log.note(count, least)
+    return tree.order[best]
+
+
+def _kicked(
+    problem: Problem,
+    layout: Ints,
+    settings: LayoutConfig,
+    rng: np.random.Generator,
+    log: Log,
+) -> Ints:
+    """Put two markers anywhere and settle; keep the better layout."""
+    free = np.setdiff1d(np.arange(len(problem.home)), layout)
+    moved = min(KICKED, len(layout), len(free))
+    trial = layout.copy()
+    which = rng.permutation(len(layout))[:moved]
+    trial[which] = rng.choice(free, moved, replace=False)
+    before = log.least
+    trial = exchanged(problem, trial, settings, log)
+    return trial if log.least < before else layout

@@ -1,0 +1,54 @@
+"""How often a marker cannot be seen: a term of the energy that users ask for.
+
+Not in the papers. A capture volume has cameras all around, and nobody knows how the
+hand will be held, so the directions are spread evenly over the whole sphere (a
+Fibonacci lattice), a camera `AWAY_M` off in each. In a keyframe a marker is hidden from
+a direction if the hand's skin stands between; whatever the marker's own height, a
+`LIFT_M` of it counts. A marker on flat skin is hidden from half of all directions; what
+matters is how much more than that, between fingers or when the hand closes.
+"""
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.hand.model import Model, marker_positions
+from handclean.hand.skinning import posed
+from handclean.hand.surface import Surface, vertex_normals
+from handclean.numerics.triangles import box_tree, closest, hidden_behind
+
+DIRECTIONS = 48
+AWAY_M = 2.0
+LIFT_M = 0.003
+_SKIP_M = 0.001
+
+
+def directions(count: int = DIRECTIONS) -> Floats:
+    """(C, 3) unit vectors spread evenly over the sphere."""
+    n = np.arange(count) + 0.5
+    height = 1.0 - 2.0 * n / count
+    turn = np.pi * (1.0 + np.sqrt(5.0)) * n
+    flat = np.sqrt(1.0 - height**2)
+    return np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height])
+
+
+def hidden_share(model: Model, surface: Surface, poses: Floats) -> Floats:
+    """(N,) share of poses and directions from which each candidate is not seen.
+
+    Parameters
+    ----------
+    model : the candidates; surface : the skin of their hand.
+    poses : (F, 7 + D) keyframes, the wrist at the origin.
+    """
+    skin = posed(surface, model.tree, poses)
+    places = marker_positions(model, poses)
+    boxes = box_tree(surface.vertices, surface.faces)
+    for f in range(len(poses)):
+        feet = closest(skin[f], surface.faces, places[f], boxes)
+        normals = vertex_normals(skin[f], surface.faces)[surface.faces[feet.face]]
+        out = np.einsum("nk,nkm->nm", feet.share, normals)
+        low = np.maximum(LIFT_M - feet.distance, 0.0)
+        places[f] += low[:, None] * out / np.linalg.norm(out, axis=1, keepdims=True)
+    cameras = AWAY_M * directions()
+    hidden = hidden_behind(skin, boxes, places, cameras, skip_m=_SKIP_M)
+    share: Floats = hidden.mean(axis=(0, 2))
+    return share
