@@ -21,6 +21,8 @@ from handclean.errors import HandcleanError
 from handclean.gaps.fill import fill
 from handclean.hand import model
 from handclean.hand.marker_set import load_marker_set
+from handclean.hand.template import template
+from handclean.hand.template_surface import template_surface
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import solve
 from handclean.io.prior import read_prior
@@ -46,6 +48,10 @@ from handclean.labels.review import Scene
 from handclean.labels.settings import LabelConfig
 from handclean.labels.suppose import measured
 from handclean.labels.track import follow
+from handclean.layouts.feasible import feasible
+from handclean.layouts.optimize import SEARCHES, optimize
+from handclean.layouts.problem import make_problem, on_bones
+from handclean.layouts.settings import LayoutConfig
 from handclean.pipeline.batch import Source, Task, Work
 from handclean.pipeline.workers import in_workers
 from handclean.simulation.settings import SimulateConfig
@@ -140,6 +146,19 @@ def solving() -> None:
     fill(made.labelled, made.subject, prior=read_prior())
 
 
+def layouts() -> None:
+    """Place a few markers for a short motion, in every way that searches."""
+    motion = trial("demo", TAKE).truth.motions["right"]
+    tree = template("left")
+    surface = template_surface(tree, coarse=True)
+    few = LayoutConfig(keyframes=3, visibility=1.0, particles=20, iterations=5)
+    model = on_bones(surface, tree, feasible(surface, tree, few))
+    problem = make_problem(model, [motion.angles], motion.names, few, surface=surface)
+    for method in SEARCHES:
+        settings = replace(few, method=method)
+        optimize(problem, settings, np.random.default_rng(0))
+
+
 def reviewing() -> None:
     """Judge a path of a take in which nothing has been followed yet."""
     on = bench()
@@ -156,11 +175,12 @@ PARTS: Mapping[str, Callable[[], None]] = {
     "calibration": calibration,
     "solving": solving,
     "reviewing": reviewing,
+    "layouts": layouts,
     "chain": chain,
 }
 """What is warmed; the last part is whole commands, for what the others leave."""
 
-LANES = (("hand", "following", "calibration"), ("solving", "reviewing"))
+LANES = (("hand", "following", "calibration"), ("solving", "reviewing", "layouts"))
 """Parts for two processes, about as long. What both need, such as the kernels of
 inverse kinematics, the first to come to it compiles and the other loads."""
 
