@@ -171,7 +171,7 @@ def train_sparse(
     """Maximise the sparse model's evidence by pseudo-inputs and hyperparameters.
 
     The hyperparameters start from the exact model's of a subset, the pseudo-inputs from
-    the samples that leave least variance to the others.
+    samples so spread out that none of the rest is far from all of them.
 
     The evidence rewards noise that is explained away between the pseudo-inputs (Bauer
     et al. 2016): without a limit it ends at a tenth of the true noise, and further from
@@ -244,7 +244,7 @@ def _lengths(kernel: Kernel, logs: Floats) -> Floats:
 
 
 def spread_out(kernel: Kernel, logs: Floats, inputs: Floats, count: int) -> Floats:
-    """(M, S) those of inputs (N, S) that explain the rest: pivoted Cholesky.
+    """(M, S) those of inputs (N, S) that leave none far from all: pivoted Cholesky.
 
     Each is the one whose variance, given those before, is largest.
     """
