@@ -27,6 +27,10 @@ COMMANDS = {
     "calibrate-hand markers": "Learn a hand and its markers from labelled "
     "range-of-motion takes.",
     "calibrate-hand scan": "Learn a hand with its skin from a scan and landmarks.",
+    "calibrate-glove examine": "Find which sensors of a glove are cross-coupled.",
+    "calibrate-glove sample": "Take samples from readings whose angles are known.",
+    "calibrate-glove fit": "Learn from samples what readings mean.",
+    "calibrate-glove apply": "Turn readings into joint angles.",
     "learn subspace": "Learn a posture prior from joint angles.",
     "simulate": "Make takes with known truth.",
     "compare": "Say how far a take is from a reference: labels, markers, joint angles.",
@@ -36,6 +40,7 @@ COMMANDS = {
 """Commands with their first line of help; "group name" is a command of a group."""
 
 GROUPS = {
+    "calibrate-glove": "Calibrate data gloves and turn their readings into angles.",
     "calibrate-hand": "Learn a hand from what was measured of it.",
     "learn": "Learn from takes what others are solved with.",
 }

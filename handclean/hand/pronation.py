@@ -1,7 +1,8 @@
 """A fifth rotation of the thumb: pronation, about its metacarpal's own axis.
 
-Wang & Neff (2013), section 3.2, after Griffin et al. (2000): a virtual joint, measured by
-no sensor, that turns the thumb's pad to the fingers as the thumb comes across the palm.
+Wang & Neff (2013), section 3.2, after Griffin et al. (2000): a virtual joint, measured
+by no sensor, that turns the thumb's pad to the fingers as the thumb comes across the
+palm.
 """
 
 from dataclasses import replace

@@ -1,9 +1,15 @@
 """What steps are set to beyond the settings of one algorithm; imports nothing heavy."""
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from typing import Annotated
 
 from handclean.gaps.settings import FillConfig
+from handclean.glove.settings import (
+    GloveApplyConfig,
+    GloveExamineConfig,
+    GloveFitConfig,
+    GloveSampleConfig,
+)
 from handclean.ik.settings import SolveConfig
 from handclean.labels.settings import LabelConfig
 from handclean.simulation.settings import SimulateConfig
@@ -81,3 +87,49 @@ class Simulating:
 
     scenario: str
     simulate: SimulateConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class GloveExamining:
+    """Settings of an examination of a glove's sensors, and of which glove."""
+
+    examine: GloveExamineConfig
+    glove: str
+    moved: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GloveSampling:
+    """Settings of sampling, and what was known while readings were recorded.
+
+    Attributes
+    ----------
+    pose : name of a key pose, or ""; holds : "ROTATION=DEGREES" of widgets.
+    touch : fingers that touch, "thumb,index", or "".
+    glove : name of a shipped one, or "" for what the readings say.
+    """
+
+    sample: GloveSampleConfig
+    pose: str
+    holds: tuple[str, ...]
+    touch: str
+    glove: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class GloveFitting:
+    """Settings of a calibration; ``jobs`` processes do not change what comes out."""
+
+    fit: GloveFitConfig
+    jobs: InitVar[int] = 1
+
+    def __post_init__(self, jobs: int) -> None:
+        object.__setattr__(self, "workers", jobs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GloveApplying:
+    """Settings of applying a calibration, and whether fingertips are wanted."""
+
+    apply: GloveApplyConfig
+    tips: bool

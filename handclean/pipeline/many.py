@@ -124,7 +124,7 @@ def _reports(
     """Yield the report of every task as it ends; those never begun come last."""
     failing = False
     begun = set()
-    jobs = _jobs(batch)
+    jobs = jobs_of(batch)
     run_all = _here if len(tasks) <= 1 else in_workers
     ended = run_all(work, tasks, jobs, lambda: not (failing and batch.fail_fast))
     with closing(ended):
@@ -161,7 +161,7 @@ def _in_order(reports: Reports) -> Reports:
                 due += 1
 
 
-def _jobs(batch: Batch) -> int:
+def jobs_of(batch: Batch) -> int:
     """Worker processes: as asked for, else as Slurm grants, else one."""
     if batch.jobs is not None:
         return batch.jobs

@@ -8,6 +8,7 @@ SCENARIOS = {
     "rom": "every joint through its range, for calibrate-hand",
     "free": "gestures in the air, no object",
     "scan": "a hand held still before eight cameras: a point cloud with landmarks",
+    "glove": "sessions with a data glove: key poses, widgets, touching, free movement",
     "demo": "one short grasp and nothing else, at 100 Hz",
 }
 
@@ -41,8 +42,16 @@ class SimulateConfig:
     ] = 0.0005
     scan_points: Annotated[int, "Points of the hand in a scan, at most."] = 100_000
 
+    glove: Annotated[
+        str, "The data glove that is worn in the scenario of that name."
+    ] = "cyberglove18"
+    wearings: Annotated[
+        int, "How often each puts the glove on; 2nd and later: tests."
+    ] = 2
+
     def __post_init__(self) -> None:
         for name, least in (
+            ("wearings", 1),
             ("trials", 1),
             ("subjects", 1),
             ("cameras", 2),

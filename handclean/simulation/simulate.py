@@ -143,8 +143,8 @@ def simulate_one(scenario: str | Path, settings: SimulateConfig, number: int) ->
         If the scenario, marker set or a grasp class is unknown.
     """
     kind, settings = load_scenario(scenario, settings)
-    if kind == "scan":
-        raise UsageError("scenario scan: makes scans of hands, no takes")
+    if kind in ("scan", "glove"):
+        raise UsageError(f"scenario {kind}: makes no takes of markers")
     marker_set = load_marker_set(settings.marker_set)
     if marker_set.kind != "hand":
         raise UsageError(f"marker set {marker_set.name} is no hand's; name one that is")

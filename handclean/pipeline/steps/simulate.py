@@ -2,7 +2,8 @@
 
 A trial is four files: what cameras recorded, the same with its labels, the truth, and,
 with the first trial of each subject, the subject. A scan is four, too: the points, the
-landmarks somebody set on them, the pose the hand was held in, and the subject.
+landmarks somebody set on them, the pose the hand was held in, and the subject. A
+session with a glove is many recordings, each with its truth.
 """
 
 from pathlib import Path
@@ -10,7 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from handclean.errors import HandcleanError, UsageError
+from handclean.glove.poses import key_poses
 from handclean.hand.subject import Subject
+from handclean.io.glove import write_readings
 from handclean.io.landmarks import write_landmarks
 from handclean.io.meshes import Mesh, write_mesh
 from handclean.io.subject import write_subject
@@ -18,8 +21,17 @@ from handclean.pipeline import plan, sessions
 from handclean.pipeline.batch import Source, Task
 from handclean.pipeline.choices import Simulating
 from handclean.pipeline.outcome import Entry, Outcome, Writer
-from handclean.recording import Recording, motion_from_poses
+from handclean.recording import Motion, Recording, motion_from_poses
+from handclean.simulation.glove import (
+    RATE,
+    GloveSession,
+    GloveTake,
+    simulate_glove,
+    takes_of,
+)
+from handclean.simulation.glove_sensors import sensors_of
 from handclean.simulation.scan import Scan
+from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import (
     load_scenario,
     simulate_one,
@@ -34,6 +46,8 @@ FIGURES = {
     "ghosts": "points that are no marker",
     "missing": "share of the markers' samples that were not recorded",
     "landmarks": "landmarks set on a scan",
+    "takes": "recordings of a session with a glove",
+    "sensors": "sensors of the glove",
 }
 
 
@@ -50,6 +64,8 @@ def tasks(settings: Simulating, folder: Path) -> list[Task]:
     except HandcleanError as error:
         raise UsageError(str(error)) from None
     planned = []
+    if kind == "glove":
+        sensors_of(config.glove)  # is there one?
     for number in range(config.trials):
         subject = f"S{number % config.subjects + 1:02d}"
         name = f"{subject}_{number + 1:03d}"
@@ -57,6 +73,8 @@ def tasks(settings: Simulating, folder: Path) -> list[Task]:
         if kind == "scan":
             raw = (f"{name}.ply", f"landmarks/{name}.toml")
         outputs = [folder / part for part in (*raw, f"truth/{name}.h5")]
+        if kind == "glove":
+            outputs = _glove_files(folder, name, config)
         if number < config.subjects:
             outputs.append(folder / "subjects" / f"{subject}.h5")
         source = Source(
@@ -76,6 +94,8 @@ def simulate(source: Source, settings: Simulating) -> Outcome:
     number = source.number - 1
     kind, config = load_scenario(settings.scenario, settings.simulate)
     first = number < config.subjects
+    if kind == "glove":
+        return _glove(simulate_glove(config, number, key_poses()), number, first)
     if kind == "scan":
         return _scan(simulate_scan(settings.scenario, config, number), number, first)
     trial = simulate_one(settings.scenario, settings.simulate, number)
@@ -139,6 +159,58 @@ def _scan(scan: Scan, number: int, first: bool) -> Outcome:
         f"{len(scan.landmarks)} landmarks"
     )
     return Outcome(line=line, figures=figures, writers=tuple(writers))
+
+
+def _glove_files(folder: Path, name: str, config: SimulateConfig) -> list[Path]:
+    takes = takes_of(config.glove, config.wearings)
+    readings = [folder / name / f"{take}.csv" for take in takes]
+    return readings + [folder / "truth" / name / f"{take}.h5" for take in takes]
+
+
+def _glove(session: GloveSession, number: int, first: bool) -> Outcome:
+    tree, glove = session.wearer.tree, session.glove
+    writers: list[Writer] = [_readings(session, take) for take in session.takes]
+    for take in session.takes:
+        frames = len(take.times)
+        truth = Recording(
+            rate=RATE,
+            frames=frames,
+            up_axis="+z",
+            motions={tree.side: Motion(names=tree.hinges, angles=take.angles)},
+            skeletons={tree.side: tree},
+        )
+        writers.append(sessions.writer(truth))
+    if first:
+        subject = Subject(
+            name=session.wearer.name,
+            model=session.wearer.tips,
+            marker_set="fingertips",
+            marker_sigma=np.zeros(len(session.wearer.tips.labels)),
+        )
+        writers.append(_writes(subject))
+    figures = {
+        "trial": f"{session.wearer.name}_{number + 1:03d}_glove",
+        "frames": sum(len(take.times) for take in session.takes),
+        "takes": len(session.takes),
+        "sensors": len(session.sensors),
+    }
+    line = (
+        f"{figures['trial']}, {glove}, {figures['takes']} recordings, "
+        f"{figures['frames']} frames"
+    )
+    return Outcome(line=line, figures=figures, writers=tuple(writers))
+
+
+def _readings(session: GloveSession, take: GloveTake) -> Writer:
+    facts: dict[str, object] = {"glove": session.glove, "subject": session.wearer.name}
+    if take.moved:
+        facts["moved"] = "+".join(take.moved)
+
+    def write(path: Path, _: tuple[Entry, ...]) -> None:
+        times = take.times + take.late
+        write_readings(path, times, take.readings, session.sensors, facts)
+
+    return write
 
 
 def _writes(subject: Subject) -> Writer:

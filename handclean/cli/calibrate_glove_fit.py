@@ -1,0 +1,32 @@
+"""``handclean calibrate-glove fit``."""
+
+import click
+
+from handclean.cli import options
+from handclean.glove.settings import GloveFitConfig
+from handclean.pipeline import many, progress
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import GloveFitting
+
+
+@click.command("fit")
+@options.settings("calibrate-glove-fit", GloveFitConfig)
+@options.batch(
+    [options.inputs, options.manifest],
+    options.ONE_OUTPUT,
+    [options.jobs],
+    options.TELLING,
+)
+def command(batch: Batch, settings: GloveFitConfig) -> int:
+    """Learn from samples what a glove's readings mean.
+
+    Each rotation has a model of its own; -j fits so many at a time, with the same
+    result.
+
+    \b
+    Example:
+        handclean calibrate-glove fit flat.h5 fist.h5 im20.h5 touch.h5 -j 2 -o glove.h5
+    """
+    chosen = GloveFitting(fit=settings, jobs=many.jobs_of(batch))
+    with progress.shown(batch.quiet):
+        return many.reduce(Work.of("calibrate-glove fit", batch, chosen), batch)

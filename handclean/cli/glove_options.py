@@ -1,0 +1,22 @@
+"""The option that says which glove it is."""
+
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.pipeline.batch import Batch
+
+option = click.option(
+    "--glove",
+    default="",
+    metavar="NAME|FILE.toml",
+    help="Which glove it is.  [default: the one the readings name]",
+)
+
+
+def with_glove(batch: Batch, glove: str) -> tuple[Batch, str]:
+    """Put a glove's file among the files that are read; return a name otherwise."""
+    if glove.endswith(".toml"):
+        return options.with_files(batch, glove=Path(glove)), ""
+    return batch, glove

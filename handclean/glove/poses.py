@@ -1,0 +1,46 @@
+"""Key poses: hands whose angles are known because everybody can take them."""
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from handclean.errors import FileError, UnknownNameError
+from handclean.glove import toml
+
+SHIPPED = Path(__file__).parents[1] / "data" / "gloves" / "key_poses.toml"
+
+
+@cache
+def key_poses(path: Path = SHIPPED) -> Mapping[str, Mapping[str, float]]:
+    """Key poses of a file by name: hinge to angle [rad].
+
+    Raises
+    ------
+    FileError
+        If it is not there or no such file.
+    """
+    _, content = toml.load(path, path.parent, "file of key poses", "")
+    out = {}
+    for name, table in content.items():
+        angles = toml.factors(f"{path} [{name}]", table)
+        out[name] = {hinge: float(np.radians(a)) for hinge, a in angles.items()}
+    if not out:
+        raise FileError(path, "has no pose", "write [name] tables of hinge = degrees")
+    return out
+
+
+def key_pose(name: str) -> Mapping[str, float]:
+    """Return a key pose by its shipped name or as ``FILE.toml:NAME``.
+
+    Raises
+    ------
+    FileError, UnknownNameError
+        If there is none.
+    """
+    file, colon, inside = name.rpartition(":")
+    poses = key_poses(Path(file)) if colon else key_poses()
+    if inside not in poses:
+        raise UnknownNameError("--pose", "key pose", inside, poses)
+    return poses[inside]

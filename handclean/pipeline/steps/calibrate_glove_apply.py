@@ -1,0 +1,246 @@
+"""Joint angles from a glove's readings, a chunk at a time."""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.glove import readings as checks
+from handclean.glove.calibrate import (
+    Calibration,
+    foreign,
+    predict_measured,
+    sure,
+    to_hinges,
+)
+from handclean.glove.hands import fingertips
+from handclean.hand.model import marker_positions
+from handclean.io import files
+from handclean.io.glove import ReadingsFile
+from handclean.io.glove_angles import with_motion, write_long
+from handclean.pipeline import glove_files, progress
+from handclean.pipeline.batch import Source
+from handclean.pipeline.choices import GloveApplying
+from handclean.pipeline.outcome import Entry, Outcome
+from handclean.recording import Recording
+from handclean.tree import POSE_HEAD, JointTree
+
+FIGURES = {
+    "glove": "its name",
+    "frames": "frames of the stream",
+    "rate_hz": "frames per second",
+    "trusted": "share of frames in which every measured rotation is sure enough",
+    "missing": "share of frames without all the readings that are needed",
+    "saturated": "share of frames in which a sensor is at the end of its converter",
+    "sigma_deg": "mean sigma of the measured rotations [degrees]",
+}
+
+_UNEVEN = 0.1
+"""Share of a frame by which times may be off an even rate."""
+
+
+class _Scratch:
+    """Arrays that grow on a disk; gone with the object."""
+
+    def __init__(self, widths: dict[str, int]) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="handclean-")
+        self._widths = widths
+        self._open = {n: (Path(self._folder.name) / n).open("wb") for n in widths}
+
+    def add(self, **parts: Floats) -> None:
+        for name, values in parts.items():
+            self._open[name].write(np.ascontiguousarray(values, dtype=np.float64).data)
+
+    def arrays(self, frames: int) -> dict[str, Floats]:
+        out: dict[str, Floats] = {}
+        for name, file in self._open.items():
+            file.close()
+            shape = (frames, self._widths[name])
+            out[name] = np.memmap(file.name, dtype=np.float64, mode="r", shape=shape)
+        return out
+
+
+def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
+    """Turn readings into joint angles with sigma."""
+    given = source.files.get("calibration")
+    if given is None:
+        raise UsageError(
+            "--calibration: is missing; 'handclean calibrate-glove fit' makes one"
+        )
+    calibration = glove_files.read_calibration(given)
+    glove = calibration.glove
+    tree, subject = glove_files.tree_of(source, glove)
+    found, places = glove_files.opened(source, glove)
+    scratch = _Scratch(
+        {
+            "angles": len(tree.hinges),
+            "sigma": len(tree.hinges),
+            "trusted": 1,
+            "tips": 15,
+        }
+    )
+    tally = _Tally()
+    for times, values in found.chunks(settings.apply.chunk):
+        readings = checks.arranged(values, places)
+        tally.see(calibration, times, readings)
+        mean, variance = predict_measured(calibration, readings)
+        angles, sigma = to_hinges(glove, tree.hinges, mean, variance)
+        trusted = sure(calibration, variance, np.radians(settings.apply.max_sigma_deg))
+        good = checks.usable(glove, readings)
+        trusted &= good
+        tally.add(variance, trusted, good)
+        scratch.add(
+            angles=angles, sigma=sigma, trusted=trusted[:, None].astype(np.float64)
+        )
+        if settings.tips:
+            scratch.add(tips=_tips(tree, angles))
+        progress.tell(f"{tally.frames} frames of {source.path.name}")
+    progress.done()
+    return _outcome(source, settings, calibration, found, tree, subject, scratch, tally)
+
+
+class _Tally:
+    """What is counted while a stream goes by."""
+
+    def __init__(self) -> None:
+        self.frames = self.trusted = self.missing = self.saturated = 0
+        self.first = self.last = self.uneven = 0.0
+        self.sum, self.count = 0.0, 0
+        self.step = 0.0
+        self.remarks: dict[str, None] = {}
+        self.foreign: dict[str, float] = {}
+
+    def see(self, calibration: Calibration, times: Floats, readings: Floats) -> None:
+        glove = calibration.glove
+        if self.frames == 0:
+            self.first = float(times[0])
+            self.step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+            for text in checks.remarks(glove, readings):
+                self.remarks[text] = None
+            for sensor, share in foreign(calibration, readings).items():
+                self.foreign[sensor] = share
+        if self.step > 0.0:
+            even = self.first + (self.frames + np.arange(len(times))) * self.step
+            off = np.abs(np.diff(times - even)).max() if len(times) > 1 else 0.0
+            self.uneven = max(self.uneven, float(off) / self.step)
+        own = [glove.sensors.index(sensor) for sensor in glove.used]
+        stuck = checks.saturated(glove, readings[:, own]).any(axis=1)
+        self.saturated += int(stuck.sum())
+        self.last = float(times[-1])
+        self.frames += len(times)
+
+    def add(self, variance: Floats, trusted: Any, good: Any) -> None:
+        self.trusted += int(trusted.sum())
+        self.missing += int((~np.asarray(good)).sum())
+        known = np.isfinite(variance)
+        self.sum += float(np.sqrt(variance[known]).sum())
+        self.count += int(known.sum())
+
+
+def _tips(tree: JointTree, angles: Floats) -> Floats:
+    """(t, 15) [m] the fingertips in the hand's frame."""
+    poses = np.zeros((len(angles), POSE_HEAD + angles.shape[1]))
+    poses[:, 3] = 1.0
+    poses[:, POSE_HEAD:] = angles
+    out: Floats = marker_positions(fingertips(tree), poses).reshape(len(angles), 15)
+    return out
+
+
+def _outcome(
+    source: Source,
+    settings: GloveApplying,
+    calibration: Calibration,
+    found: ReadingsFile,
+    tree: JointTree,
+    subject: Any,
+    scratch: _Scratch,
+    tally: _Tally,
+) -> Outcome:
+    frames = tally.frames
+    if frames < 2 and not found.rate > 0.0:
+        raise FileError(source.path, "has one frame", "two at least tell the rate")
+    rate = found.rate
+    if not rate > 0.0:
+        rate = (frames - 1) / (tally.last - tally.first)
+    name = tree.side or "right"
+    arrays = scratch.arrays(frames) if settings.tips else _without_tips(scratch, frames)
+    motion: dict[str, Any] = {
+        "angles": (arrays["angles"], "rad"),
+        "angles_sigma": (arrays["sigma"], "rad"),
+        "trusted": (np.asarray(arrays["trusted"][:, 0]) > 0.5, ""),
+    }
+    tips = None
+    if settings.tips:
+        labels = fingertips(tree).labels
+        tips = (labels, arrays["tips"].reshape(frames, 5, 3))
+    take = Recording(
+        rate=float(rate), frames=frames, up_axis="+z", skeletons={name: tree}
+    )
+
+    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
+        made = replace(take, provenance=provenance)
+        assert scratch is not None  # its folder lives as long as this function
+        if path.suffix.lower() == ".h5":
+            write_long(path, made, name, tree.hinges, motion, tips)
+            return ()
+        whole = with_motion(made, name, tree.hinges, motion, tips)
+        surface = getattr(subject, "surface", None)
+        surfaces = {} if surface is None else {name: surface}
+        return files.write(path, whole, surfaces=surfaces)
+
+    sigma = np.degrees(tally.sum / tally.count) if tally.count else np.nan
+    figures = {
+        "glove": calibration.glove.name,
+        "frames": frames,
+        "rate_hz": float(rate),
+        "trusted": tally.trusted / frames,
+        "missing": tally.missing / frames,
+        "saturated": tally.saturated / frames,
+        "sigma_deg": float(sigma),
+    }
+    if not tally.count:
+        raise HandcleanError(f"{source.path}: in no frame do all sensors read")
+    return Outcome(
+        line=f"{frames} frames, {100 * tally.trusted / frames:.0f} % trusted, "
+        f"sigma {sigma:.1f} degrees",
+        figures=figures,
+        warnings=_warnings(calibration, tally, subject),
+        writers=(write,),
+    )
+
+
+def _without_tips(scratch: _Scratch, frames: int) -> dict[str, Floats]:
+    scratch._widths.pop("tips")
+    scratch._open.pop("tips").close()
+    return scratch.arrays(frames)
+
+
+def _warnings(calibration: Calibration, tally: _Tally, subject: Any) -> tuple[str, ...]:
+    told = list(tally.remarks)
+    if tally.foreign:
+        names = ", ".join(tally.foreign)
+        most = 100 * max(tally.foreign.values())
+        told.append(
+            f"{names} read far outside what was calibrated, in up to {most:.0f} % of "
+            "frames: another glove, or another wearer?"
+        )
+    if tally.uneven > _UNEVEN:
+        told.append(
+            f"times are up to {tally.uneven:.2g} frames off an even rate; angles are "
+            "written frame by frame at the mean rate"
+        )
+    lost = {row.rotation for row in calibration.glove.measured}
+    lost -= {one.rotation for one in calibration.fits}
+    if lost:
+        told.append(f"{', '.join(sorted(lost))} are not calibrated and stay at zero")
+    worn_by = getattr(subject, "name", "")
+    if calibration.use != "fk" and worn_by and calibration.subject not in ("", worn_by):
+        told.append(
+            f"the calibration has IK samples of {calibration.subject}, the subject is "
+            f"{worn_by}: those hold for one wearer only"
+        )
+    return tuple(told)
