@@ -100,6 +100,7 @@ def anneal(
     energy: float,
     points: Floats,
     axis: Ints,
+    cut: Floats,
     grams: Floats,
     gaps: Floats,
     hidden: Floats,
@@ -121,7 +122,7 @@ def anneal(
     Parameters
     ----------
     layout : (k,) where to begin, overwritten; energy : of it, finite.
-    points : (N, 3) [m] candidates; axis : (N,); as in `nearest_point`.
+    points : (N, 3) [m] candidates; axis, cut : (N,); as in `nearest_point`.
     grams, gaps, hidden, weights : as in `layout_energy`.
     heat : (I,) temperature of each step.
     draws : (I, 3) random numbers between 0 and 1: which marker, which candidate, u.
@@ -149,6 +150,7 @@ def anneal(
                 before,
                 points,
                 axis,
+                cut,
                 stack,
                 beyond,
             )

@@ -1,8 +1,8 @@
 """The nearest of many points, exactly, by a k-d tree without pointers.
 
-Points are listed so that of every range of them the middle one splits the range in two
-along that point's axis: no point before it lies above it, none after it below. A range
-of few points is searched through.
+Points are listed so that every range of them falls into two halves along an axis: none
+of the first half lies above the cut, none of the second below. A range of few points is
+searched through.
 """
 
 from handclean.arrays import Floats, Ints
@@ -20,6 +20,7 @@ def nearest_point(
     start: int,
     points: Floats,
     axis: Ints,
+    cut: Floats,
     stack: Ints,
     beyond: Floats,
 ) -> int:
@@ -28,7 +29,8 @@ def nearest_point(
     Parameters
     ----------
     start : a row that is probably near.
-    points : (N, 3) in the tree's order; axis : (N,) what the middle of a range splits.
+    points : (N, 3) in the tree's order; axis, cut : (N,) at
+        the middle of a range: along what and where it falls into halves.
     stack : (64, 2); beyond : (64,) work space.
     """
     best = start
@@ -44,7 +46,7 @@ def nearest_point(
             middle = (first + last) // 2
             which = axis[middle]
             here = x if which == 0 else (y if which == 1 else z)
-            gap = here - points[middle, which]
+            gap = here - cut[middle]
             beyond[height] = gap * gap
             if gap < 0.0:
                 stack[height, 0], stack[height, 1] = middle, last

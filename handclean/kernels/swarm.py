@@ -15,6 +15,7 @@ from handclean.kernels.nearest_vertex import nearest_point
 def swarm_move(
     points: Floats,
     axis: Ints,
+    cut: Floats,
     now: Ints,
     best: Ints,
     leader: Ints,
@@ -28,7 +29,7 @@ def swarm_move(
 
     Parameters
     ----------
-    points : (N, 3) [m] candidates; axis : (N,); as in `nearest_point`.
+    points : (N, 3) [m] candidates; axis, cut : (N,); as in `nearest_point`.
     now : (S, k) where the particles are; overwritten.
     best : (S, k) where each was best; leader : (k,) where any was.
     velocity : (S, k, 3) [m] overwritten.
@@ -46,7 +47,7 @@ def swarm_move(
                 step = velocity[s, m, n] + own * (points[mine, n] - at)
                 to[n] = at + pull[0] * (step + common * (points[ours, n] - at))
             there = nearest_point(
-                to[0], to[1], to[2], here, points, axis, stack, beyond
+                to[0], to[1], to[2], here, points, axis, cut, stack, beyond
             )
             now[s, m] = there
             for n in range(3):

@@ -52,13 +52,18 @@ def anneal(
     Parameters
     ----------
     settings : markers, particles, iterations; the weights.
-    start : (S, k) layouts, the best of which is begun with; drawn if None.
+    start : (S, k) layouts, the best of which is begun with; drawn if None, or if none
+        of them determines the posture.
     watch : called now and then.
     """
     if start is None:
         start = random_layouts(problem, settings.markers, settings.particles, rng)
     log = Log(watch)
     weighed = energies(problem, start, settings).total
+    if not np.isfinite(weighed).any():
+        log.note(len(start), np.inf)
+        start = random_layouts(problem, settings.markers, settings.particles, rng)
+        weighed = energies(problem, start, settings).total
     layout = start[weighed.argmin()].copy()
     log.note(len(start), float(weighed.min()))
     finite = np.sort(weighed[np.isfinite(weighed)])
@@ -101,6 +106,7 @@ def _annealed(
             energy,
             tree.points,
             tree.axis,
+            tree.cut,
             grams,
             gaps,
             problem.hidden[tree.order],

@@ -37,11 +37,12 @@ def greedy(
     ----------
     settings : markers; the weights.
     rng : not needed.
-    start : (S, k) layouts, the best of which is begun with; built up if None.
+    start : (S, k) layouts, the best of which is begun with; built up if None, or if
+        none of them determines the posture.
     watch : called after each marker.
     """
     log = Log(watch)
-    if start is None:
+    if start is None or np.isinf(energies(problem, start, settings).total).all():
         layout = np.zeros(0, dtype=np.int64)
         while len(layout) < settings.markers:
             layout = np.append(layout, _next(problem, layout, settings))

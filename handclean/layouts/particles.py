@@ -39,18 +39,19 @@ class PointTree:
     ----------
     order : (N,) rows of the points, in the tree's order.
     points : (N, 3) in the tree's order.
-    axis : (N,) the axis that the middle of a range splits.
+    axis, cut : (N,) at the middle of a range: along what and where it is halved.
     """
 
     order: Ints
     points: Floats
     axis: Ints
+    cut: Floats
 
 
 def point_tree(points: Floats) -> PointTree:
     """Sort (N, 3) points into a tree."""
     order = np.arange(len(points))
-    axis = np.zeros(len(points), dtype=np.int64)
+    axis, cut = np.zeros(len(points), dtype=np.int64), np.zeros(len(points))
     ranges = [(0, len(points))]
     while ranges:
         first, last = ranges.pop()
@@ -60,9 +61,11 @@ def point_tree(points: Floats) -> PointTree:
         which = int(np.ptp(points[part], axis=0).argmax())
         order[first:last] = part[np.argsort(points[part, which], kind="stable")]
         middle = (first + last) // 2
-        axis[middle] = which
+        axis[middle], cut[middle] = which, points[order[middle], which]
         ranges += [(first, middle), (middle, last)]
-    return PointTree(order=order, points=np.ascontiguousarray(points[order]), axis=axis)
+    return PointTree(
+        order=order, points=np.ascontiguousarray(points[order]), axis=axis, cut=cut
+    )
 
 
 def swarm(
@@ -101,6 +104,7 @@ def swarm(
         kernels.swarm_move(
             tree.points,
             tree.axis,
+            tree.cut,
             now,
             best,
             best[leader].copy(),
