@@ -26,7 +26,8 @@ COMMANDS = {
     "solve": "Find the joint angles of labelled takes.",
     "calibrate-hand markers": "Learn a hand and its markers from labelled "
     "range-of-motion takes.",
-    "calibrate-hand scan": "Learn a hand with its skin from a scan and landmarks.",
+    "calibrate-hand scan": "Learn a hand with its skin from a scan (.ply, .obj, .stl) "
+    "and landmarks.",
     "calibrate-glove examine": "Find which sensors of a glove are cross-coupled.",
     "calibrate-glove sample": "Take samples from readings whose angles are known.",
     "calibrate-glove fit": "Learn from samples what readings mean.",

@@ -21,6 +21,14 @@ from handclean.errors import HandcleanError
 from handclean.gaps.fill import fill
 from handclean.hand import model
 from handclean.hand.marker_set import load_marker_set
+from handclean.hand.skinning import (
+    posed,
+    project,
+    skin_jacobian,
+    skin_places,
+    unposed,
+    vertex_jacobian,
+)
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.ik.settings import SolveConfig
@@ -159,6 +167,19 @@ def layouts() -> None:
         optimize(problem, settings, np.random.default_rng(0))
 
 
+def skin() -> None:
+    """Bend a hand's skin, and ask what is near it and where markers ride on it."""
+    tree = template("left")
+    surface = template_surface(tree, coarse=True)
+    pose = model.neutral_pose(tree)
+    places = posed(surface, tree, pose[None])[0]
+    unposed(surface, tree, pose, places)
+    on = project(surface, places, 1.02 * places[:4])
+    skin_places(surface, tree, on, pose[None])
+    skin_jacobian(surface, tree, on, pose)
+    vertex_jacobian(surface, tree, pose)
+
+
 def reviewing() -> None:
     """Judge a path of a take in which nothing has been followed yet."""
     on = bench()
@@ -171,6 +192,7 @@ def reviewing() -> None:
 
 PARTS: Mapping[str, Callable[[], None]] = {
     "hand": hand,
+    "skin": skin,
     "following": following,
     "calibration": calibration,
     "solving": solving,
@@ -180,7 +202,10 @@ PARTS: Mapping[str, Callable[[], None]] = {
 }
 """What is warmed; the last part is whole commands, for what the others leave."""
 
-LANES = (("hand", "following", "calibration"), ("solving", "reviewing", "layouts"))
+LANES = (
+    ("hand", "following", "calibration"),
+    ("solving", "reviewing", "skin", "layouts"),
+)
 """Parts for two processes, about as long. What both need, such as the kernels of
 inverse kinematics, the first to come to it compiles and the other loads."""
 
