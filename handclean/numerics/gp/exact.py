@@ -43,6 +43,7 @@ class Evidence:
     ----------
     jitter : the most that had to be added to the diagonal, as a share of the largest
         variance.
+    evaluations : how many there were.
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class Evidence:
         self.inputs, self.targets = inputs, targets
         self.columns = basis(mean, inputs)
         self.jitter = 0.0
+        self.evaluations = 0
         self._matrix = np.zeros((len(inputs), len(inputs)))
         self._grams = [
             [
@@ -63,6 +65,7 @@ class Evidence:
 
     def __call__(self, logs: Floats) -> tuple[float, Floats]:
         """Value and derivatives; infinite where there is no factorisation."""
+        self.evaluations += 1
         kernel_logs, noise = logs[:-1], float(np.exp(logs[-1]))
         factor, grams = self._factorised(kernel_logs, noise)
         if factor is None:

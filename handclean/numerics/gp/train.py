@@ -21,6 +21,7 @@ from handclean.numerics.gp.sparse import JITTERS, SparseEvidence
 
 NOISE = np.log(0.1)
 GROWTH = 4
+RIVALS_TO = 1024
 CANDIDATES = 2048
 NOISE_FALL = 0.3
 
@@ -106,34 +107,35 @@ def train_exact(
     rng : draws subsets and starting points.
     """
     order = rng.permutation(len(inputs))
-    starts = [start(kernel, which, rng) for which in range(settings.starts)]
+    rivals = [start(kernel, which, rng) for which in range(settings.starts)]
     lower, upper = bounds(kernel)
-    cheap = dear = 0
+    cheap = 0
     found: Descent | None = None
     matrix: Floats | None = None
     for size, following in _ladder(settings.subset, len(inputs)):
         chosen = np.sort(order[:size])
         evidence = Evidence(kernel, mean, inputs[chosen], targets[chosen])
         if found is None:
-            found, count = _best_of(evidence, starts, lower, upper)
+            descents = _tried(evidence, rivals, lower, upper)
+            rivals += [descent.point for descent in descents]
+            found = descents[0]
         else:
             most = settings.evaluations if following is None else 40
             found = descend(
                 evidence, found.point, lower, upper, hessian=matrix, evaluations=most
             )
-            count = found.evaluations
-        if following is None:
-            dear = count
-            break
-        matrix = hessian(evidence, found) * (following / size)
-        cheap += count + len(found.point)
+            if size <= RIVALS_TO:
+                found = _rivalled(evidence, found, rivals, lower, upper)
+        if following is not None:
+            matrix = hessian(evidence, found) * (following / size)
+            cheap += evidence.evaluations
     assert found is not None
     return Trained(
         logs=found.point,
         value=found.value,
         jitter=evidence.jitter,
         pseudo=np.zeros((0, inputs.shape[1])),
-        evaluations=dear,
+        evaluations=evidence.evaluations,
         subset_evaluations=cheap,
         converged=found.converged,
     )
@@ -147,17 +149,34 @@ def _ladder(subset: int, count: int) -> list[tuple[int, int | None]]:
     return list(zip(sizes, [*sizes[1:], None], strict=True))
 
 
-def _best_of(
+def _tried(
     evidence: Function, starts: Sequence[Floats], lower: Floats, upper: Floats
-) -> tuple[Descent, int]:
-    """The deepest descent; and the evaluations of all.
-
-    All go a short way, then those that lead go on.
-    """
+) -> list[Descent]:
+    """Descents from starting points, the deepest first: it alone went to its end."""
     tried = [descend(evidence, point, lower, upper, evaluations=30) for point in starts]
-    best = min(tried, key=lambda descent: descent.value)
-    final = descend(evidence, best.point, lower, upper, hessian=best.hessian)
-    return final, final.evaluations + sum(part.evaluations for part in tried)
+    tried.sort(key=lambda descent: descent.value)
+    best = tried[0]
+    tried[0] = descend(evidence, best.point, lower, upper, hessian=best.hessian)
+    return tried
+
+
+def _rivalled(
+    evidence: Function,
+    found: Descent,
+    rivals: Sequence[Floats],
+    lower: Floats,
+    upper: Floats,
+) -> Descent:
+    """What was found, or a deeper place from a point that few samples thought worse.
+
+    Few samples may see nothing but noise where more see a bent response.
+    """
+    values = [evidence(point)[0] for point in rivals]
+    best = int(np.argmin(values))
+    if not values[best] < found.value:
+        return found
+    other = descend(evidence, rivals[best], lower, upper, evaluations=80)
+    return other if other.value < found.value else found
 
 
 def train_sparse(
