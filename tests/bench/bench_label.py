@@ -10,7 +10,7 @@ under 0.9. The baseline goes frame to frame without a model, but starts from the
 labels of the first frame.
 
 Speed: simulated grasps, 26 markers, warm caches, one core, best of three, frames per
-second; "clean" is label, fill-gaps and solve on arrays, without files.
+second of processor time; "clean" is label, fill-gaps and solve on arrays, without files.
 """
 
 import json
@@ -153,13 +153,13 @@ def real():
 
 
 def best(work, frames):
-    """Frames per second, the best of three after one to warm up."""
+    """Frames per second of processor time, the best of three after one to warm up."""
     work()
     times = []
     for _ in range(3):
-        begin = time.perf_counter()
+        begin = time.process_time()
         work()
-        times.append(time.perf_counter() - begin)
+        times.append(time.process_time() - begin)
     return frames / min(times)
 
 
