@@ -51,6 +51,7 @@ TABLE_2 = {
     for mean in ("m0", "ml")
     for terms in (("rbf",), ("lard",), ("seard", "seard"), ("lard", "seard"))
 }
+SINGLE = {f"{mean}-seard": (mean, ("seard",)) for mean in ("m0", "ml")}
 POLYNOMIAL = {
     f"{mean}-{'+'.join(terms)}": (mean, terms)
     for mean in ("m0", "ml")
@@ -59,6 +60,7 @@ POLYNOMIAL = {
 EXACT: dict[str, tuple[str, tuple[str, ...]]] = {
     "lmc-gpr": LMC,
     **TABLE_2,
+    **SINGLE,
     **POLYNOMIAL,
 }
 """Mean and covariance terms of each full model."""
