@@ -33,6 +33,7 @@ COMMANDS = {
     "calibrate-glove fit": "Learn from samples what readings mean.",
     "calibrate-glove apply": "Turn readings into joint angles.",
     "learn subspace": "Learn a posture prior from joint angles.",
+    "optimize-layout": "Find a few markers that tell a motion, or judge such layouts.",
     "simulate": "Make takes with known truth.",
     "compare": "Say how far a take is from a reference: labels, markers, joint angles.",
     "convert": "Convert takes from any format into any other.",

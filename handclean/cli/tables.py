@@ -20,6 +20,8 @@ TABLES: dict[str, str] = {
     "calibrate-glove-fit": "handclean.glove.settings:GloveFitConfig",
     "calibrate-glove-apply": "handclean.glove.settings:GloveApplyConfig",
     "learn-subspace": "handclean.pipeline.choices:LearnConfig",
+    "optimize-layout": "handclean.layouts.settings:LayoutConfig",
+    "evaluate-layout": "handclean.layouts.evaluate_settings:EvaluateConfig",
     "compare": "handclean.report.settings:CompareConfig",
     "simulate": "handclean.simulation.settings:SimulateConfig",
 }

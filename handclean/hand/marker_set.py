@@ -3,6 +3,10 @@
 Places are side-free, in millimetres in the bone's rest frame on the template hand:
 (towards the thumb's side, along the bone to the fingertip, out of its back). They scale
 with the hand. ``kind = "rigid"`` makes a set of one bone called "root", for objects.
+
+A marker of a hand may name a ``vertex`` of the template's skin instead of bone and
+place; it then sits there, on the bone that moves the vertex most, or ``lift``
+millimetres out of the skin.
 """
 
 import tomllib
@@ -15,13 +19,15 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import FileError, UnknownNameError
 from handclean.hand.model import Model
-from handclean.hand.template import bone_places, template
+from handclean.hand.surface import rest_joints, vertex_normals
+from handclean.hand.template import bone_frame, bone_places, template
+from handclean.hand.template_surface import shipped_skin
 from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[1] / "data" / "marker_sets"
 
 _KEYS = {"name", "side", "source", "kind", "marker", "forearm", "note"}
-_MARKER_KEYS = {"label", "bone", "at"}
+_MARKER_KEYS = {"label", "bone", "at", "vertex", "lift"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,9 +148,13 @@ def _marker(path: Path, number: int, row: dict[str, Any]) -> tuple[str, str, Flo
     for key in row:
         if key not in _MARKER_KEYS:
             raise UnknownNameError(f"{path} marker {number}", "key", key, _MARKER_KEYS)
-    for key in ("label", "bone"):
+    for key in ("label",) if "vertex" in row else ("label", "bone"):
         if not isinstance(row.get(key), str) or not row[key]:
             raise FileError(path, f"marker {number}: no {key}", f"give {key} = '...'")
+    if "vertex" in row:
+        return row["label"], *_on_vertex(path, f"marker {number} ({row['label']})", row)
+    if "lift" in row:
+        raise FileError(path, f"marker {number}: lift without vertex", "use at alone")
     try:
         at = np.array(row.get("at"), dtype=float)
     except (TypeError, ValueError):
@@ -153,3 +163,23 @@ def _marker(path: Path, number: int, row: dict[str, Any]) -> tuple[str, str, Flo
         right = "at should be three numbers in millimetres"
         raise FileError(path, f"marker {number} ({row['label']}): no place", right)
     return row["label"], row["bone"], at
+
+
+def _on_vertex(path: Path, where: str, row: dict[str, Any]) -> tuple[str, Floats]:
+    """Bone and side-free place [mm] of a vertex of the template's skin."""
+    if "at" in row or "bone" in row:
+        raise FileError(path, f"{where}: vertex beside bone or at", "give one of them")
+    skin, tree = shipped_skin().fine, template("left")
+    vertex, lift = row["vertex"], row.get("lift", 0.0)
+    count = len(skin.vertices)
+    if type(vertex) is not int or not 0 <= vertex < count:
+        right = f"vertex should be a number from 0 to {count - 1}"
+        raise FileError(path, f"{where}: vertex is {vertex!r}", right)
+    if type(lift) not in (int, float) or not np.isfinite(lift):
+        right = "lift should be a number of millimetres"
+        raise FileError(path, f"{where}: lift is {lift!r}", right)
+    bone = int(skin.bones[vertex, 0])
+    name = tree.bones[bone]
+    at = 1e3 * (skin.vertices[vertex] - rest_joints(tree)[bone])
+    at += lift * vertex_normals(skin.vertices, skin.faces)[vertex]
+    return name, at @ bone_frame(name)

@@ -12,6 +12,8 @@ from handclean.glove.settings import (
 )
 from handclean.ik.settings import SolveConfig
 from handclean.labels.settings import LabelConfig
+from handclean.layouts.evaluate_settings import EvaluateConfig
+from handclean.layouts.settings import LayoutConfig
 from handclean.simulation.settings import SimulateConfig
 from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig
@@ -133,3 +135,37 @@ class GloveApplying:
 
     apply: GloveApplyConfig
     tips: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayingOut:
+    """Settings of a layout.
+
+    Attributes
+    ----------
+    name : of the marker set, or "" for the file's.
+    from_set : name or file of the set whose markers are to choose from, or "".
+    marker_mm : diameter of the markers.
+    beside : suffixes of what is written beside the set: sheets and hands.
+    """
+
+    layout: LayoutConfig
+    name: str
+    from_set: str
+    marker_mm: float
+    beside: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.marker_mm <= 50.0:
+            raise ValueError(
+                f"--marker-mm: should lie between 0 and 50 mm, not {self.marker_mm}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgingLayouts:
+    """Settings of judging layouts, and the one with which the skin is solved."""
+
+    evaluate: EvaluateConfig
+    anchor: bool
+    solve: SolveConfig

@@ -45,12 +45,21 @@ def run(work: Work, batch: Batch, suffixes: Collection[str] = plan.RECORDINGS) -
     return run_tasks(work, batch, manifest.shard(tasks, batch.shard), lines)
 
 
-def reduce(work: Work, batch: Batch, suffixes: Collection[str] = (".h5",)) -> int:
+def reduce(
+    work: Work,
+    batch: Batch,
+    suffixes: Collection[str] = (".h5",),
+    beside: Sequence[Path] = (),
+) -> int:
     """Run a step once over all inputs together; return the exit status.
 
     Parameters and errors are those of `run`.
+
+    Parameters
+    ----------
+    beside : further outputs.
     """
-    task = plan.reducing(batch, plan.lines_of(batch), suffixes)
+    task = plan.reducing(batch, plan.lines_of(batch), suffixes, beside)
     _check_hands(batch)
     return run_tasks(work, batch, [task], ())
 

@@ -61,8 +61,17 @@ def mapping(
     ]
 
 
-def reducing(batch: Batch, lines: Sequence[Line], suffixes: Collection[str]) -> Task:
+def reducing(
+    batch: Batch,
+    lines: Sequence[Line],
+    suffixes: Collection[str],
+    beside: Sequence[Path] = (),
+) -> Task:
     """Plan a command whose inputs together give one output (none without suffixes).
+
+    Parameters
+    ----------
+    beside : further outputs, with any suffix.
 
     Raises
     ------
@@ -78,8 +87,9 @@ def reducing(batch: Batch, lines: Sequence[Line], suffixes: Collection[str]) -> 
         raise UsageError("-o: is missing; it should name a file")
     output = Path(batch.output)
     _expect_suffix(output, output.suffix, suffixes)
-    expect_apart([output], [sources])
-    return Task(sources=sources, outputs=(output,), token=token(), reduces=True)
+    outputs = (output, *beside)
+    expect_apart(outputs, [sources] * len(outputs))
+    return Task(sources=sources, outputs=outputs, token=token(), reduces=True)
 
 
 def token() -> str:

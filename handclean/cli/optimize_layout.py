@@ -1,0 +1,161 @@
+"""``handclean optimize-layout``."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.errors import UnknownSettingError, UsageError
+from handclean.ik.settings import SolveConfig
+from handclean.layouts.evaluate_settings import EvaluateConfig
+from handclean.layouts.settings import LayoutConfig
+from handclean.pipeline import many, progress
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import JudgingLayouts, LayingOut
+
+SHEETS = (".pdf", ".svg", ".png")
+
+
+class SeveralOn(click.Command):
+    """A command whose option ``--on`` takes all that follows it."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Repeat the option for each of its values."""
+        given: list[str] = []
+        on = False
+        for word in args:
+            on = word == "--on" or (on and not word.startswith("-"))
+            if on and word != "--on" and given[-1] != "--on":
+                given.append("--on")
+            given.append(word)
+        return super().parse_args(ctx, given)
+
+
+@click.command("optimize-layout", cls=SeveralOn)
+@options.settings("optimize-layout", LayoutConfig)
+@click.option(
+    "--from-set",
+    default="",
+    metavar="NAME|FILE",
+    help="Choose from the markers of this set, instead of from all of the skin.",
+)
+@click.option(
+    "--prior",
+    type=options.PATH,
+    metavar="FILE",
+    help="Posture subspace.  [default: that of MOTION; to evaluate, the one that "
+    "ships]",
+)
+@click.option(
+    "--painted",
+    type=options.PATH,
+    metavar="FILE.ply",
+    help="The hand's skin with the places painted red that should have no marker.",
+)
+@click.option(
+    "--marker-mm",
+    default=6.0,
+    show_default=True,
+    help="Diameter of the markers, which sit on the skin.",
+)
+@click.option("--name", default="", help="Of the marker set.  [default: the file's]")
+@click.option(
+    "--sheet",
+    "sheets",
+    multiple=True,
+    type=options.PATH,
+    metavar="FILE",
+    help="A placement sheet at true scale to print (.pdf .svg .png); once per file.",
+)
+@click.option(
+    "--glb", type=options.PATH, metavar="FILE", help="The hand with its markers."
+)
+@click.option("--evaluate", is_flag=True, help="Judge layouts, the inputs.")
+@click.option(
+    "--on",
+    multiple=True,
+    type=options.PATH,
+    metavar="MOTION...",
+    help="What layouts are judged on: not what they were made for.",
+)
+@options.settings("evaluate-layout", EvaluateConfig, prefix="judge", into="judged")
+@options.batch(
+    [*options.SOURCES, options.subject, options.side],
+    options.ONE_OUTPUT,
+    options.TELLING,
+)
+def command(
+    batch: Batch,
+    settings: LayoutConfig,
+    judged: EvaluateConfig,
+    from_set: str,
+    prior: Path | None,
+    painted: Path | None,
+    marker_mm: float,
+    name: str,
+    sheets: tuple[Path, ...],
+    glb: Path | None,
+    evaluate: bool,
+    on: tuple[Path, ...],
+) -> int:
+    """Find the few markers that tell a motion best, or judge such layouts.
+
+    MOTION are sessions with joint angles or BVH files; the layout is a marker set as
+    'label' and 'solve' take it. With --evaluate the inputs are layouts, marker sets
+    that ship or files: their markers are simulated on --on MOTION... and solved, and
+    the skin is compared.
+
+    \b
+    Example:
+        handclean optimize-layout takes/*.h5 -o six.toml --sheet six.pdf
+        handclean optimize-layout --evaluate six.toml hoyet6 --on others/*.h5
+    """
+    if evaluate:
+        return _evaluate(batch, settings, judged, prior, on, (*sheets, glb, painted))
+    if on:
+        raise UsageError("--on: is for --evaluate; motion to optimize for is an input")
+    for sheet in sheets:
+        if sheet.suffix.lower() not in SHEETS:
+            raise UnknownSettingError(sheet, "format for sheets", sheet.suffix, SHEETS)
+    if glb is not None and glb.suffix.lower() != ".glb":
+        raise UsageError(f"--glb {glb}: should end in .glb")
+    beside = [*sheets, *([glb] if glb is not None else [])]
+    try:
+        chosen = LayingOut(
+            layout=settings,
+            name=name,
+            from_set=from_set,
+            marker_mm=marker_mm,
+            beside=tuple(path.suffix.lower() for path in beside),
+        )
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    layout = Path(from_set) if from_set.endswith(".toml") else None
+    given = options.with_files(batch, from_set=layout, prior=prior, painted=painted)
+    with progress.shown(batch.quiet):
+        work = Work.of("optimize-layout", given, chosen)
+        return many.reduce(work, given, (".toml",), beside)
+
+
+def _evaluate(
+    batch: Batch,
+    settings: LayoutConfig,
+    judged: EvaluateConfig,
+    prior: Path | None,
+    on: tuple[Path, ...],
+    others: tuple[Path | None, ...],
+) -> int:
+    if not on:
+        raise UsageError("--on: is missing; it should name motion to judge layouts on")
+    if batch.output is not None or any(path is not None for path in others):
+        raise UsageError("--evaluate: writes nothing; leave out -o and other files")
+    chosen = JudgingLayouts(
+        evaluate=judged, anchor=settings.anchor, solve=SolveConfig()
+    )
+    numbered = {f"on {n}": path for n, path in enumerate(on, start=1)}
+    given = options.with_files(batch, prior=prior, **numbered)
+    work = Work.of("optimize-layout", given, chosen)
+    work = replace(work, step="handclean.pipeline.steps.evaluate_layout")
+    with progress.shown(batch.quiet):
+        return many.reduce(work, given, ())
