@@ -1,4 +1,4 @@
-"""Changing one marker of a layout: the best exchange, and annealing.
+"""Changing one marker of a layout, or adding one: greedily, and by annealing.
 
 Layouts and energies are those of `handclean.kernels.layouts`.
 """
@@ -92,6 +92,41 @@ def best_exchange(
         if energy < energy_found:
             found, energy_found = v, energy
     return found, energy_found
+
+
+@jit
+def most_determined(base: Floats, grams: Floats, least: float, size: int) -> int:
+    """Return the candidate with which markers leave least undetermined.
+
+    It has the largest sum over the keyframes of ``log det(A + least I)``, A being the
+    matrix with it: whatever was undetermined before counts for more than the rest.
+
+    Parameters
+    ----------
+    base : (F, C (C + 1) / 2) the matrices without it; grams : as in `layout_energy`.
+    least : [m^2] what a direction of which nothing is known counts as; above 0.
+    size : C
+    """
+    a, best, found = np.zeros((size, size)), -math.inf, 0
+    for v in range(grams.shape[0]):
+        total = 0.0
+        for f in range(grams.shape[1]):
+            at = 0
+            for i in range(size):
+                for j in range(i + 1):  # Cholesky, row by row
+                    value = base[f, at] + grams[v, f, at]
+                    at += 1
+                    for n in range(j):
+                        value -= a[i, n] * a[j, n]
+                    if i == j:
+                        value = max(value + least, 1e-3 * least)
+                        total += math.log(value)
+                        a[i, i] = math.sqrt(value)
+                    else:
+                        a[i, j] = value / a[j, j]
+        if total > best:
+            found, best = v, total
+    return found
 
 
 @jit

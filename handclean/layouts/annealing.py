@@ -19,7 +19,7 @@ import numpy as np
 from handclean.arrays import Ints
 from handclean.hand.template import HAND_LENGTH
 from handclean.kernels.exchange import anneal as anneal_kernel
-from handclean.layouts.greedy import exchanged
+from handclean.layouts.greedy import built_up, exchanged
 from handclean.layouts.objective import energies, weights_of
 from handclean.layouts.particles import point_tree
 from handclean.layouts.problem import Problem
@@ -52,8 +52,8 @@ def anneal(
     Parameters
     ----------
     settings : markers, particles, iterations; the weights.
-    start : (S, k) layouts, the best of which is begun with; drawn if None, or if none
-        of them determines the posture.
+    start : (S, k) layouts, the best of which is begun with; drawn if None; if none
+        of them determines the posture, one is built up.
     watch : called now and then.
     """
     if start is None:
@@ -61,8 +61,7 @@ def anneal(
     log = Log(watch)
     weighed = energies(problem, start, settings).total
     if not np.isfinite(weighed).any():
-        log.note(len(start), np.inf)
-        start = random_layouts(problem, settings.markers, settings.particles, rng)
+        start = np.vstack([start[1:], built_up(problem, settings)])
         weighed = energies(problem, start, settings).total
     layout = start[weighed.argmin()].copy()
     log.note(len(start), float(weighed.min()))

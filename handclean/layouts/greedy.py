@@ -1,9 +1,8 @@
 """Greedy search: marker after marker, then exchanges (Schroeder 2016, section 6).
 
-First the candidate that lowers the energy most is added, until there are k. While the
-markers are too few to determine all unknowns, every layout has an infinite condition
-number; then the ratio of the largest eigenvalue to the r-th counts, r = 3 times the
-markers, which is how well they determine as much as they can. Afterwards marker after
+First the candidate that lowers the energy most is added, until there are k. While no
+candidate determines all unknowns every energy is infinite; then the one is added with
+which the markers leave least undetermined (`most_determined`). Afterwards marker after
 marker is exchanged for the candidate that goes best with the others, until no exchange
 lowers the energy.
 
@@ -15,13 +14,13 @@ u, w its condition number is at least (w'Aw + |J_v w|^2) / (u'Au + |J_v u|^2).
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.kernels.exchange import best_exchange
+from handclean.kernels.exchange import best_exchange, most_determined
 from handclean.layouts.objective import energies, weights_of
 from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch
 from handclean.layouts.settings import LayoutConfig
 
-_BAD = 1e15  # in place of an infinite condition number, so that distances still count
+_KNOWN = 1e-6  # of the largest entry: less than this counts as nothing known
 
 
 def greedy(
@@ -43,12 +42,7 @@ def greedy(
     """
     log = Log(watch)
     if start is None or np.isinf(energies(problem, start, settings).total).all():
-        layout = np.zeros(0, dtype=np.int64)
-        while len(layout) < settings.markers:
-            layout = np.append(layout, _next(problem, layout, settings))
-            full = len(layout) == settings.markers
-            least = _energy(problem, layout, settings) if full else np.inf
-            log.note(len(problem.home), least)
+        layout = built_up(problem, settings, log)
     else:
         layout = start[energies(problem, start, settings).total.argmin()].copy()
         log.note(len(start), _energy(problem, layout, settings))
@@ -117,24 +111,26 @@ def _energy(problem: Problem, layout: Ints, settings: LayoutConfig) -> float:
     return float(energies(problem, layout[None], settings).total[0])
 
 
+def built_up(problem: Problem, settings: LayoutConfig, log: Log | None = None) -> Ints:
+    """(k,) candidates added one at a time, each the best with those before it."""
+    layout = np.zeros(0, dtype=np.int64)
+    while len(layout) < settings.markers:
+        layout = np.append(layout, _next(problem, layout, settings))
+        if log:
+            whole = len(layout) == settings.markers
+            least = _energy(problem, layout, settings) if whole else np.inf
+            log.note(len(problem.home), least)
+    return layout
+
+
 def _next(problem: Problem, layout: Ints, settings: LayoutConfig) -> int:
     """Return the candidate to add to a layout."""
-    if len(layout) + 1 >= problem.needed:
+    if len(layout) + 1 >= problem.needed or settings.w1 == 0.0:
         found, _ = exchange(problem, layout, np.inf, settings)
         if found >= 0:
             return found
-    size, known = len(problem.columns), 3 * (len(layout) + 1)
     base: Floats = problem.grams[layout].sum(axis=0)
-    every = np.arange(len(problem.home))
-    kappa = np.zeros(len(every))
-    for f in range(len(problem.places)):
-        low = base[f] + problem.grams[:, f]
-        values = np.linalg.eigvalsh(unpacked(low, size))
-        weakest = np.maximum(values[:, max(size - known, 0)], 0.0)
-        weakest = np.maximum(weakest, values[:, -1] / _BAD)
-        kappa += values[:, -1] / weakest / len(problem.places)
-    weights = weights_of(settings)
-    near = problem.gaps[:, layout].min(axis=1) if len(layout) else np.zeros(len(every))
-    energy = weights[0] * kappa - weights[1] * near + weights[2] * problem.hidden
-    energy[layout] = np.inf
-    return int(energy.argmin())
+    free = np.setdiff1d(np.arange(len(problem.home)), layout)
+    grams, size = np.ascontiguousarray(problem.grams[free]), len(problem.columns)
+    least = _KNOWN * float(problem.grams.max())
+    return int(free[most_determined(base, grams, least, size)])

@@ -98,9 +98,11 @@ def optimize(
     found = METHODS[settings.method](problem, settings, rng, start, watch)
     layout = weighed(problem, found, settings)
     if settings.method in SEARCHES and not np.isfinite(layout.energy):
+        joints = " (two for each finger of four joints)" if settings.full else ""
         raise HandcleanError(
             f"no layout of {settings.markers} markers was found that determines the "
-            f"{len(problem.columns)} unknowns; take more markers or fewer dimensions"
+            f"{len(problem.columns)} unknowns; take more markers{joints} or fewer "
+            "dimensions"
         )
     return layout
 

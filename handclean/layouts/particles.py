@@ -5,7 +5,8 @@ every particle (equation 10, constriction w), puts each of its markers on the ne
 candidate (equation 11), takes what it moved by as its velocity, and weighs it. In every
 third iteration one marker of half of the particles goes to any candidate before they
 are weighed. r1 and r2 are drawn once for each particle; particles begin at rest, on
-layouts drawn at random.
+layouts drawn at random. If none of these determines the posture, as happens with all
+joint angles, one of them is built up greedily: without it the swarm is pulled nowhere.
 """
 
 import math
@@ -16,6 +17,7 @@ import numpy as np
 from handclean.arrays import Floats, Ints
 from handclean.kernels import swarm as kernels
 from handclean.kernels.nearest_vertex import FEW
+from handclean.layouts.greedy import built_up
 from handclean.layouts.objective import energies, weights_of
 from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch, random_layouts
@@ -87,6 +89,8 @@ def swarm(
         start = random_layouts(problem, settings.markers, settings.particles, rng)
     tree = point_tree(problem.home)
     rank = np.argsort(tree.order)
+    if np.isinf(energies(problem, start, settings).total).all():
+        start = np.vstack([start[1:], built_up(problem, settings)])
     now = np.ascontiguousarray(rank[start])
     best, velocity = now.copy(), np.zeros((*now.shape, 3))
     least = np.full(len(now), np.inf)

@@ -151,7 +151,21 @@ def test_too_few_markers_are_told_with_the_number(problem, takes, tree, few, mod
     whole = make_problem(model, takes, tree.hinges, full)
     with pytest.raises(HandcleanError, match="take 8 markers or more"):
         run(whole, full)
+    with pytest.raises(HandcleanError, match="two for each finger"):
+        run(whole, replace(full, markers=9))
     assert run(problem, replace(few, markers=2, w1=0.0)).energy < 0.0
+
+
+def test_all_joints_are_determined_though_random_layouts_are_not(
+    takes, tree, few, model
+):
+    full = replace(few, full=True, markers=10)
+    whole = make_problem(model, takes, tree.hinges, full)
+    start = random_layouts(whole, 10, 60, np.random.default_rng(0))
+    assert np.isinf(energies(whole, start, full).total).all()
+    for method in SEARCHES:
+        settings = replace(full, method=method)
+        assert np.isfinite(run(whole, settings, start=start).energy)
 
 
 def test_more_markers_than_candidates_are_refused(takes, tree, few):
