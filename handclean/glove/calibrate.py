@@ -39,7 +39,7 @@ _FLOORS = np.radians(np.array([0.0, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0,
 LINEAR = ("linear", "two-pose")
 """Models of one sensor."""
 
-_BEYOND = 0.5
+_BEYOND = 0.25
 """Readings this share of the samples' range outside of it are foreign to them."""
 
 
@@ -327,11 +327,11 @@ def to_hinges(
     factor, rest = glove.completion()
     matrix = glove.hand.to_hinges(names)
     couple = matrix @ factor
-    angles = mean @ couple.T + matrix @ rest
-    told = np.abs(couple).sum(axis=1) > 0.0
+    angles = np.tile(matrix @ rest, (len(mean), 1))
     sigma = np.full(angles.shape, np.nan)
-    for d in np.flatnonzero(told):
-        used = couple[d] != 0.0
+    for d in np.flatnonzero(np.abs(couple).sum(axis=1) > 0.0):
+        used = couple[d] != 0.0  # what is missing spoils only what needs it
+        angles[:, d] += mean[:, used] @ couple[d, used]
         sigma[:, d] = np.sqrt(variance[:, used] @ couple[d, used] ** 2)
     return angles, sigma
 

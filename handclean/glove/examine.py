@@ -7,7 +7,7 @@ is 5 % of its active range or more, or one deviates 12 % or more, what moved aff
 Active range: from the 1st to the 99th percentile of the recording in which the sensor's
 joint moves alone. Noise is no coupling: its variance, a half of that of differences of
 successive readings, is taken off, and the largest deviation is that of readings
-smoothed by a median of five.
+smoothed by a median of nine, less three times what noise leaves of itself there.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,6 +19,9 @@ from scipy.ndimage import median_filter
 from handclean.arrays import Floats
 from handclean.errors import HandcleanError, UnknownNameError
 from handclean.glove.gloves import Glove
+
+_MEDIAN = 0.418
+"""Standard deviation that a median of nine leaves of normal noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,12 +159,13 @@ def _effect(
     size = ends[1] - ends[0]
     noise = 0.5 * float(np.mean(np.diff(values) ** 2))
     spread = np.sqrt(max(float(values.var()) - noise, 0.0)) / size
-    smooth = median_filter(values, 5, mode="nearest")
+    smooth = median_filter(values, 9, mode="nearest")
+    calm = 3.0 * _MEDIAN * np.sqrt(noise) / size
     farthest = float(np.abs(smooth - values.mean()).max()) / size
     return Effect(
         sensor=sensor,
         by=recording.sensors,
         sd=float(spread),
         most=farthest,
-        coupled=bool(spread >= sd or farthest >= most),
+        coupled=bool(spread >= sd or farthest - calm >= most),
     )

@@ -76,7 +76,7 @@ class GloveHand:
             for hinge, factor in part.items():
                 if hinge in names:
                     out[r, list(names).index(hinge)] = factor
-                else:
+                elif hinge not in self.reference:
                     out[r] = np.nan
         return out
 

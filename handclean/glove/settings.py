@@ -61,7 +61,7 @@ class GloveFitConfig:
     most: Annotated[int, "Most samples per rotation, evenly spread; 0: all."] = 2000
     repeat_deg: Annotated[
         float, "What putting the glove on again changes: one standard deviation."
-    ] = 1.0
+    ] = 1.5
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.repeat_deg < 90.0:
@@ -85,7 +85,7 @@ class GloveApplyConfig:
 
     max_sigma_deg: Annotated[
         float, "Frames with a measured rotation less sure than this are not trusted."
-    ] = 8.0
+    ] = 10.0
     chunk: Annotated[int, "Frames in memory at a time."] = 20_000
 
     def __post_init__(self) -> None:

@@ -41,8 +41,8 @@ _DAMPING = 6.0  # [1/m] lambda = this |d - l|^2, in metres
 _STIFF, _STIFF_THUMB = 0.01, 0.004  # c: share of the way to mid-range in a step, halved
 _SUPPRESS = 0.1  # w
 _NEAR = 2e-5  # [m] where a tip counts as there
-_UNMET = 1e-3  # [m] a finger this far from its aim costs as much as a sigma
-_STEPS, _ROUNDS = 60, 10
+_UNMET = 1e-4  # [m] a finger this far from its aim costs as much as a sigma
+_STEPS, _ROUNDS = 60, 12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,7 +204,8 @@ def meet(glove: Glove, chains: Sequence[Chain], start: Floats, sigma: Floats) ->
     best_cost = np.full(len(start), np.inf)
     best: list[Floats] = [start[:, chain.columns] for chain in chains]
     place, best_apart = aim.copy(), np.full(len(start), np.inf)
-    for _ in range(_ROUNDS):
+    for number in range(_ROUNDS):
+        unmet = max(1e-3 * 0.5**number, _UNMET)
         pull, bend = np.zeros((len(start), 3)), np.zeros((len(start), 3, 3))
         cost, apart = np.zeros(len(start)), np.zeros(len(start))
         found = []
@@ -220,7 +221,7 @@ def meet(glove: Glove, chains: Sequence[Chain], start: Floats, sigma: Floats) ->
             follow = np.linalg.solve(square, slopes) / s[:, None, :]  # (J^+)^T / sigma
             pull += (follow @ off[:, :, None])[..., 0]
             bend += follow @ follow.transpose(0, 2, 1)
-            short = (away > 10.0 * _NEAR)[:, None] / _UNMET**2  # out of this reach
+            short = (away > 2.0 * _NEAR)[:, None] / unmet**2  # out of this reach
             pull += short * (aim - tips)
             bend += short[:, :, None] * np.eye(3)
         score = cost + 0.5 * (apart / _UNMET) ** 2  # where no finger reaches is worse

@@ -190,6 +190,12 @@ def _take(
         own = {sensor.name: sensor for sensor in hardware.sensors}
         hinges = [h for m in moved for h, f in own[m].measures.items() if _turns(h, f)]
         angles = motions.moving(wearer, tuple(dict.fromkeys(hinges)), times, rng)
+        if "MR_ABD" in moved and "RP_ABD" not in moved:  # the little finger goes along
+            ring, little = (
+                wearer.tree.hinges.index(f"{finger}_mcp_abduction")
+                for finger in ("ring", "little")
+            )
+            angles[:, little] += angles[:, ring]
     else:
         angles = motions.free(wearer, times, rng)
         late = float(rng.uniform(-3.0, 3.0)) if kind == "markers" else 0.0

@@ -29,13 +29,18 @@ _FREE = {  # [degrees] low, high of free movement
     "thumb_ip_flexion": (-10, 70),
     "mcp_flexion": (-15, 85),
     "pip_flexion": (0, 100),
+    "dip_flexion": (0, 65),
     "index_mcp_abduction": (0, 25),
     "ring_mcp_abduction": (-18, 0),
     "little_mcp_abduction": (-28, 0),
     "wrist_flexion": (-50, 55),
     "wrist_deviation": (-28, 20),
 }
-_MOVES = tuple(name for name in _FREE if name not in ("mcp_flexion", "pip_flexion"))
+_MOVES = tuple(
+    name
+    for name in _FREE
+    if "_" in name[4:] and name.split("_", 1)[0] not in ("mcp", "pip", "dip")
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +156,11 @@ def moving(
                 share = -low / (high - low) if high > 0.0 else 1.0
             keys[k, names.index(hinge)] = low + share * (high - low)
     still = shaking(times, 0.0, 8.0, _CALM, len(names), rng)
-    return follow(wearer, _through(times, starts, keys) + still)
+    angles = _through(times, starts, keys) + still
+    out = follow(wearer, angles)
+    for hinge in hinges:  # a DIP alone is bent by the other hand
+        out[:, names.index(hinge)] = angles[:, names.index(hinge)]
+    return out
 
 
 def _range(hinge: str) -> tuple[float, float]:

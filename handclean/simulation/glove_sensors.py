@@ -62,11 +62,11 @@ _ASIDE = {
 }
 _FINGERS = {"I": "index", "M": "middle", "R": "ring", "P": "little"}
 _STRETCH: dict[str, tuple[tuple[tuple[str, float], ...], float]] = {
-    "TI_ABD": ((("T_TMC", 0.40),), 0.0),
-    "IM_ABD": ((("I_MCP", 0.55), ("M_MCP", 0.72)), 0.35),
-    "MR_ABD": ((("M_MCP", 1.20), ("R_MCP", 1.45)), -1.0),
-    "RP_ABD": ((("R_MCP", 0.95), ("P_MCP", 1.15)), -0.75),
-    "W_FLEX": ((("W_ABD", 0.55),), 0.0),
+    "TI_ABD": ((("T_TMC", 0.5),), 0.0),
+    "IM_ABD": ((("I_MCP", 0.5), ("M_MCP", 0.75)), 0.8),
+    "MR_ABD": ((("M_MCP", 1.2), ("R_MCP", 1.25)), -1.3),
+    "RP_ABD": ((("R_MCP", 0.5), ("P_MCP", 0.6)), -0.6),
+    "W_FLEX": ((("W_ABD", 0.45),), 0.0),
     "W_ABD": ((("W_FLEX", 0.36),), 0.0),
     "PALM_ARCH": (
         (

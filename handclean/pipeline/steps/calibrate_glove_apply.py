@@ -1,6 +1,8 @@
 """Joint angles from a glove's readings, a chunk at a time."""
 
+import shutil
 import tempfile
+import weakref
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -47,9 +49,10 @@ class _Scratch:
     """Arrays that grow on a disk; gone with the object."""
 
     def __init__(self, widths: dict[str, int]) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="handclean-")
+        folder = Path(tempfile.mkdtemp(prefix="handclean-"))
         self._widths = widths
-        self._open = {n: (Path(self._folder.name) / n).open("wb") for n in widths}
+        self._open = {name: (folder / name).open("wb") for name in widths}
+        weakref.finalize(self, _clear, folder, self._open)
 
     def add(self, **parts: Floats) -> None:
         for name, values in parts.items():
@@ -62,6 +65,12 @@ class _Scratch:
             shape = (frames, self._widths[name])
             out[name] = np.memmap(file.name, dtype=np.float64, mode="r", shape=shape)
         return out
+
+
+def _clear(folder: Path, files: dict[str, Any]) -> None:
+    for file in files.values():
+        file.close()
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:

@@ -57,7 +57,7 @@ def calibrate_glove_fit(sources: tuple[Source, ...], settings: GloveFitting) -> 
         if figures.jitter > 0.0:
             warnings.append(
                 f"{one.rotation}: {figures.duplicates} of {figures.samples} samples "
-                "have the readings of another; their covariance was singular and was eased"
+                "have the readings of another; a singular covariance was eased"
             )
         still = [s for s, c in zip(one.sensors, figures.constant, strict=True) if c]
         if still:

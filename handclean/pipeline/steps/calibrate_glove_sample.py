@@ -72,9 +72,9 @@ def calibrate_glove_sample(
             "brought together; --start CALIBRATION may begin nearer"
         )
     warnings += _doubles(merged)
-    known = np.isfinite(merged.targets).any(axis=0).tolist()
+    known = np.flatnonzero(np.isfinite(merged.targets).any(axis=0))
     kind = "IK" if mode == "touch" else "FK"
-    names = [n for n, yes in zip(merged.rotations, known, strict=True) if yes]
+    names = [merged.rotations[r] for r in known]
     figures |= {"samples": len(merged.readings), "kind": kind, "rotations": names}
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> None:

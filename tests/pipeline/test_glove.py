@@ -1,0 +1,405 @@
+"""``calibrate-glove``, as commands run it, on a simulated session."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from handclean.glove.calibrate import predict_measured
+from handclean.glove.gloves import load_glove
+from handclean.glove.poses import key_poses
+from handclean.glove.settings import (
+    GloveApplyConfig,
+    GloveExamineConfig,
+    GloveFitConfig,
+    GloveSampleConfig,
+)
+from handclean.hand.subject import Subject
+from handclean.io import files
+from handclean.io.glove import write_readings
+from handclean.io.session import write_session
+from handclean.io.subject import write_subject
+from handclean.pipeline import glove_files, plan
+from handclean.pipeline.batch import Source, Task, Work
+from handclean.pipeline.choices import (
+    GloveApplying,
+    GloveExamining,
+    GloveFitting,
+    GloveSampling,
+    Simulating,
+)
+from handclean.pipeline.execute import execute
+from handclean.pipeline.steps import simulate as simulating
+from handclean.recording import Motion, Recording
+from handclean.simulation.glove import RATE, simulate_glove
+from handclean.simulation.settings import SimulateConfig
+
+QUICK = GloveFitConfig(starts=1, pseudo_inputs=20, evaluations=30, most=300)
+SAMPLING = GloveSampling(
+    sample=GloveSampleConfig(most=60), pose="", holds=(), touch="", glove=""
+)
+APPLYING = GloveApplying(apply=GloveApplyConfig(), tips=False)
+
+
+def run(command, settings, output, *paths, reduces=True, **given):
+    sources = tuple(Source(path=Path(path), **given) for path in paths)
+    task = Task(sources=sources, outputs=(output,), token=plan.token(), reduces=reduces)
+    return execute(Work(command=command, settings=settings), task)
+
+
+def sample(output, *paths, files=None, subjects=(), **known):
+    chosen = replace(SAMPLING, **known)
+    given = {"files": files or {}, "subjects": subjects}
+    return run("calibrate-glove sample", chosen, output, *paths, **given)
+
+
+def apply(output, path, calibration, settings=APPLYING, **given):
+    given["files"] = {"calibration": calibration}
+    return run("calibrate-glove apply", settings, output, path, reduces=False, **given)
+
+
+@pytest.fixture(scope="module")
+def session():
+    return simulate_glove(SimulateConfig(seed=1, wearings=2), 0, key_poses())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, session):
+    """Readings of a session, its subject, and the truth of those with markers."""
+    folder = tmp_path_factory.mktemp("glove")
+    for take in session.takes:
+        path = folder / f"{take.name.replace('/', '_')}.csv"
+        facts = {"glove": session.glove, "subject": "S01", "moved": list(take.moved)}
+        if not take.moved:
+            del facts["moved"]
+        times = take.times + take.late
+        write_readings(path, times, take.readings, session.sensors, facts)
+    tree = session.wearer.tree
+    markers = next(take for take in session.takes if take.name == "w1/markers")
+    truth = Recording(
+        rate=RATE,
+        frames=len(markers.times),
+        motions={tree.side: Motion(names=tree.hinges, angles=markers.angles)},
+        skeletons={tree.side: tree},
+    )
+    write_session(folder / "markers.h5", truth)
+    tips = session.wearer.tips
+    subject = Subject(
+        name="S01", model=tips, marker_set="fingertips", marker_sigma=np.zeros(5)
+    )
+    write_subject(folder / "S01.h5", subject)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def samples(folder):
+    """Files of FK samples."""
+    made = []
+    for pose in ("flat", "spread", "fist", "overbend", "half", "thumb-hook"):
+        paths = [folder / f"w1_pose-{pose}-{n}.csv" for n in (1, 2)]
+        made.append(folder / f"pose-{pose}.h5")
+        report = sample(made[-1], *paths, pose=pose)
+        assert report.status == "done", report.error
+        assert report.figures["kind"] == "FK"
+    for angle in (0, 10, 20, 30):
+        name = f"index_middle_abduction{angle:+d}"
+        made.append(folder / f"hold{angle}.h5")
+        path = folder / f"w1_hold-{name}.csv"
+        report = sample(made[-1], path, holds=(f"IM_ABD={angle}",))
+        assert report.status == "done", report.error
+        assert report.figures["rotations"] == ["index_middle_abduction"]
+    return made
+
+
+@pytest.fixture(scope="module")
+def calibration(folder, samples):
+    settings = GloveFitting(fit=QUICK, jobs=1)
+    report = run("calibrate-glove fit", settings, folder / "fk.h5", *samples)
+    assert report.status == "done", report.error
+    assert report.figures["rotations"] == 17
+    return folder / "fk.h5"
+
+
+def test_examining_finds_the_couplings_of_table_1(folder):
+    paths = sorted(folder.glob("w1_free-*.csv"))
+    settings = GloveExamining(examine=GloveExamineConfig(), glove="", moved=())
+    report = run("calibrate-glove examine", settings, folder / "my.toml", *paths)
+    assert report.status == "done", report.error
+    coupled = report.figures["coupled"]
+    for sensor, by in (
+        ("IM_ABD", "M_MCP"), ("MR_ABD", "R_MCP"), ("RP_ABD", "P_MCP"),
+        ("TI_ABD", "T_TMC"), ("W_FLEX", "W_ABD"),
+    ):  # fmt: skip
+        assert by in coupled[sensor]
+    for sensor in ("I_MCP", "I_PIP", "M_PIP", "T_IP"):
+        assert sensor not in coupled
+    glove = load_glove(folder / "my.toml")
+    assert set(glove.reading) >= set(glove.used)
+
+
+def test_free_movement_becomes_angles_near_the_truth(folder, session, calibration):
+    out = folder / "motion.h5"
+    subject = (folder / "S01.h5",)
+    report = apply(out, folder / "w2_motion.csv", calibration, subjects=subject)
+    assert report.status == "done", report.error
+    take = files.read(out)
+    motion = take.motions["right"]
+    truth = next(t for t in session.takes if t.name == "w2/motion")
+    assert take.rate == pytest.approx(RATE, rel=1e-4)
+    index = [k for k, name in enumerate(motion.names) if name.startswith("index_")]
+    error = np.degrees(np.abs(motion.angles - truth.angles)[:, index])
+    assert error.mean() < 6.0
+    assert np.isfinite(motion.angles).all()
+    assert motion.trusted.shape == (take.frames,)
+    dip, pip = (motion.names.index(f"index_{j}_flexion") for j in ("dip", "pip"))
+    ratio = motion.angles_sigma[:, dip] / motion.angles_sigma[:, pip]
+    np.testing.assert_allclose(ratio, 0.6667)
+    assert take.provenance[-1]["command"] == "calibrate-glove apply"
+
+
+def test_chunks_and_formats_of_readings_make_no_difference(
+    folder, session, calibration
+):
+    tips = replace(APPLYING, tips=True)
+    small = replace(tips, apply=GloveApplyConfig(chunk=97))
+    one, two, three = (folder / f"chunks{n}.h5" for n in (1, 2, 3))
+    take = next(t for t in session.takes if t.name == "w2/motion")
+    write_readings(
+        folder / "motion_in.h5", take.times, take.readings, session.sensors, {}
+    )
+    assert apply(one, folder / "w2_motion.csv", calibration, tips).status == "done"
+    assert apply(two, folder / "w2_motion.csv", calibration, small).status == "done"
+    assert apply(three, folder / "motion_in.h5", calibration, small).status == "done"
+    first = files.read(one)
+    assert first.markers.labels[1] == "index_tip"
+    for other in map(files.read, (two, three)):
+        for name in ("angles", "angles_sigma", "trusted"):
+            np.testing.assert_allclose(
+                getattr(other.motions["right"], name),
+                getattr(first.motions["right"], name),
+                rtol=1e-9,
+            )
+        np.testing.assert_allclose(
+            other.markers.positions, first.markers.positions, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize("suffix", [".bvh", ".mot", ".csv", ".glb", ".trc"])
+def test_other_formats_follow(folder, calibration, suffix):
+    out = folder / f"flat{suffix}"
+    tips = replace(APPLYING, tips=True)
+    report = apply(out, folder / "w2_pose-flat-1.csv", calibration, tips)
+    assert report.status == "done", report.error
+    assert out.stat().st_size > 1000
+
+
+def test_touching_is_sampled_from_a_calibration_and_makes_tips_meet(
+    folder, samples, calibration
+):
+    made = []
+    for finger in ("index", "middle"):
+        made.append(folder / f"touch-{finger}.h5")
+        report = sample(
+            made[-1],
+            folder / f"w1_touch-thumb-{finger}.csv",
+            touch=f"thumb,{finger}",
+            files={"start": calibration},
+            subjects=(folder / "S01.h5",),
+        )
+        assert report.status == "done", report.error
+        assert report.figures["kind"] == "IK"
+        assert report.figures["apart_mm"] < 0.1
+    out = folder / "all.h5"
+    settings = GloveFitting(fit=QUICK, jobs=1)
+    assert run("calibrate-glove fit", settings, out, *samples, *made).status == "done"
+    apart = {}
+    for path in (calibration, out):
+        moved = folder / f"touch_{path.name}"
+        report = apply(
+            moved,
+            folder / "w1_touch-thumb-index.csv",
+            path,
+            replace(APPLYING, tips=True),
+            subjects=(folder / "S01.h5",),
+        )
+        tips = files.read(moved).markers
+        between = tips.positions[:, 0] - tips.positions[:, 1]
+        apart[path.name] = np.linalg.norm(between, axis=1).mean()
+    assert apart["all.h5"] < 0.7 * apart["fk.h5"]
+
+
+def test_markers_recorded_with_the_glove_are_brought_to_its_clock(folder, session):
+    report = sample(
+        folder / "marked.h5",
+        folder / "w1_markers.csv",
+        files={"markers": folder / "markers.h5"},
+    )
+    assert report.status == "done", report.error
+    take = next(t for t in session.takes if t.name == "w1/markers")
+    assert report.figures["offset_s"] == pytest.approx(-take.late, abs=0.01)
+    assert len(report.figures["rotations"]) == 22
+    read, glove = glove_files.read_samples(folder / "marked.h5")
+    pip = read.targets[:, glove.hand.index("index_pip_flexion")]
+    sensor = read.readings[:, glove.sensors.index("I_PIP")]
+    assert np.corrcoef(pip, sensor)[0, 1] > 0.97
+
+
+def test_processes_do_not_change_a_calibration(folder, samples):
+    few = samples[:6]
+    found = []
+    for jobs in (1, 2):
+        out = folder / f"jobs{jobs}.h5"
+        settings = GloveFitting(fit=replace(QUICK, model="linear"), jobs=jobs)
+        report = run("calibrate-glove fit", settings, out, *few)
+        assert report.status == "done", report.error
+        found.append(glove_files.read_calibration(out))
+    for one, two in zip(found[0].fits, found[1].fits, strict=True):
+        assert one.rotation == two.rotation
+        for name, values in one.fitted.to_arrays().items():
+            np.testing.assert_array_equal(values, two.fitted.to_arrays()[name])
+
+
+def test_a_calibration_written_and_read_predicts_the_same(folder, calibration, session):
+    made = glove_files.read_calibration(calibration)
+    again = folder / "again.h5"
+    glove_files.write_calibration(again, made, ())
+    values = session.takes[0].readings
+    for one, two in zip(
+        predict_measured(made, values),
+        predict_measured(glove_files.read_calibration(again), values),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one, two)
+
+
+def broken(folder, name, change):
+    """A copy of a take's readings with its lines changed."""
+    lines = (folder / "w2_motion.csv").read_text().splitlines()
+    path = folder / name
+    path.write_text("\n".join(change(lines)) + "\n")
+    return path
+
+
+def without(sensor):
+    def change(lines):
+        at = lines[1].split(",").index(sensor)
+        cut = [line.split(",") for line in lines[1:]]
+        return [lines[0], *(",".join(c[:at] + c[at + 1 :]) for c in cut)]
+
+    return change
+
+
+def setting(sensor, value):
+    def change(lines):
+        at = lines[1].split(",").index(sensor)
+        rows = [line.split(",") for line in lines[2:]]
+        for row in rows:
+            row[at] = value
+        return [*lines[:2], *(",".join(row) for row in rows)]
+
+    return change
+
+
+def test_a_calibration_of_another_glove_is_refused(folder, calibration):
+    def other(lines):
+        return [lines[0].replace("cyberglove18", "cyberglove22"), *lines[1:]]
+
+    path = broken(folder, "other.csv", other)
+    report = apply(folder / "no.h5", path, calibration)
+    assert "was recorded with glove cyberglove22" in report.error
+
+
+def test_a_missing_sensor_and_a_wrong_count_are_refused(folder, calibration):
+    path = broken(folder, "less.csv", without("R_PIP"))
+    assert "has no sensor R_PIP" in apply(folder / "no.h5", path, calibration).error
+    bare = broken(folder, "bare.csv", lambda ls: [",".join(["1"] * 12)] * 3)
+    report = apply(folder / "no.h5", bare, calibration, rate_hz=60.0)
+    assert "has 12 columns of readings; cyberglove18 has 18 sensors" in report.error
+
+
+def test_dead_blank_and_saturated_sensors_are_told(folder, calibration):
+    path = broken(folder, "dead.csv", setting("M_PIP", "90"))
+    report = apply(folder / "dead.h5", path, calibration)
+    assert any("M_PIP never changed" in text for text in report.warnings)
+    path = broken(folder, "full.csv", setting("M_PIP", "255"))
+    report = apply(folder / "full.h5", path, calibration)
+    assert any("M_PIP saturated in 100 %" in text for text in report.warnings)
+    assert report.figures["trusted"] == 0.0
+    path = broken(folder, "blank.csv", setting("M_PIP", ""))
+    report = apply(folder / "blank.h5", path, calibration)
+    assert any("no reading of M_PIP" in text for text in report.warnings)
+    motion = files.read(folder / "blank.h5").motions["right"]
+    pip = motion.names.index("middle_pip_flexion")
+    assert np.isnan(motion.angles[:, pip]).all()
+    assert np.isfinite(motion.angles[:, motion.names.index("index_pip_flexion")]).all()
+    assert not motion.trusted.any()
+
+
+def test_readings_far_from_the_samples_are_told(folder, calibration):
+    path = broken(folder, "far.csv", setting("I_PIP", "254"))
+    report = apply(folder / "far.h5", path, calibration)
+    assert any("I_PIP read far outside" in text for text in report.warnings)
+
+
+@pytest.mark.parametrize(
+    ("known", "says"),
+    [
+        ({}, "give one of --pose"),
+        ({"pose": "flat", "touch": "thumb,index"}, "--pose and --touch"),
+        ({"pose": "flta"}, "did you mean flat"),
+        ({"holds": ("IM_ABD",)}, "should be like IM_ABD=20"),
+        ({"holds": ("IM=20",)}, "no rotation is called 'IM'"),
+        ({"touch": "thumb"}, "two or more"),
+    ],
+)
+def test_what_cannot_be_sampled_is_said(folder, known, says):
+    report = sample(folder / "no.h5", folder / "w1_pose-flat-1.csv", **known)
+    assert report.status == "failed"
+    assert says in report.error
+
+
+def test_a_take_without_angles_cannot_mark_readings(folder):
+    bare = folder / "bare.h5"
+    write_session(bare, Recording(rate=60.0, frames=3))
+    report = sample(
+        folder / "no.h5", folder / "w1_markers.csv", files={"markers": bare}
+    )
+    assert "has no joint angles; 'handclean solve' adds them" in report.error
+
+
+def test_files_of_other_kinds_are_refused(folder, samples, calibration):
+    settings = GloveFitting(fit=QUICK, jobs=1)
+    report = run("calibrate-glove fit", settings, folder / "no.h5", calibration)
+    assert "not a handclean glove samples" in report.error
+    report = apply(folder / "no.h5", folder / "w2_motion.csv", samples[0])
+    assert "not a handclean glove calibration" in report.error
+
+
+def test_a_damaged_calibration_is_refused(folder, calibration):
+    path = folder / "damaged.h5"
+    shutil.copy(calibration, path)
+    with h5py.File(path, "r+") as file:
+        del file["rotations/index_pip_flexion/model/input_center"]
+    report = apply(folder / "no.h5", folder / "w2_motion.csv", path)
+    assert "input_center" in report.error
+    assert "internal error" not in report.error
+
+
+def test_a_simulated_session_is_written_with_its_truth(tmp_path):
+    config = SimulateConfig(glove="generic5", wearings=1)
+    settings = Simulating(scenario="glove", simulate=config)
+    (task,) = simulating.tasks(settings, tmp_path)
+    report = execute(Work(command="simulate", settings=settings), task)
+    assert report.status == "done", report.error
+    reading = tmp_path / "S01_001" / "w1" / "pose-fist-1.csv"
+    facts = json.loads(reading.read_text().splitlines()[0].split("readings ")[1])
+    assert facts == {"glove": "generic5", "subject": "S01"}
+    truth = files.read(tmp_path / "truth" / "S01_001" / "w1" / "pose-fist-1.h5")
+    motion = truth.motions["right"]
+    bend = np.degrees(motion.angles[:, motion.names.index("ring_pip_flexion")])
+    assert bend.mean() == pytest.approx(98.0, abs=5.0)
+    assert (tmp_path / "subjects" / "S01.h5").exists()
