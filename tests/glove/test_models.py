@@ -198,7 +198,8 @@ def test_a_bent_response_is_found_to_a_fraction_of_the_noise(kind, rng):
     new = rng.uniform(-1.8, 1.8, size=(200, 3))
     error = model.predict(new)[0] - bent(new)
     assert np.sqrt((error**2).mean()) < 0.008
-    assert 0.75 < model.noise / 0.01 < 1.25
+    # the sparse model's variance between pseudo-inputs takes over some of the noise
+    assert (0.4 if kind == "spgp" else 0.75) < model.noise / 0.01 < 1.25
     line = fitted("linear", rng, count=300).predict(new)[0] - bent(new)
     assert np.sqrt((line**2).mean()) > 0.02
 

@@ -12,7 +12,7 @@ from handclean.numerics.gp.kernels import Kernel
 from handclean.numerics.gp.means import MEANS, basis
 from handclean.numerics.gp.settings import FitSettings
 from handclean.numerics.gp.sparse import SparseEvidence, sparse_posterior
-from handclean.numerics.gp.train import NOISE_FALL, spread_out, train_sparse
+from handclean.numerics.gp.train import spread_out, train_sparse
 
 S = 3
 SUMS = [("rbf",), ("lard", "seard"), ("seard", "seard"), ("poly2", "seard")]
@@ -142,7 +142,7 @@ def test_pseudo_inputs_start_where_no_sample_is_far_from_all(rng):
     assert left(chosen) < min(left(inputs[begin : begin + 30]) for begin in (0, 60, 90))
 
 
-def test_training_lowers_the_evidence_and_keeps_the_noise_up(rng):
+def test_training_finds_better_pseudo_inputs_than_chance(rng):
     inputs, targets = samples(rng, 600)
     kernel = Kernel(("lard", "seard"), S)
     settings = FitSettings(pseudo_inputs=8, evaluations=60)
@@ -152,8 +152,6 @@ def test_training_lowers_the_evidence_and_keeps_the_noise_up(rng):
     assert trained.value == pytest.approx(evidence(vector)[0], abs=1e-6)
     random = np.concatenate([trained.logs, inputs[:8].ravel()])
     assert trained.value < evidence(random)[0] - 20.0
-    noise = np.exp(0.5 * trained.logs[-1])
-    assert np.exp(-0.5 * NOISE_FALL) * 0.09 < noise < 0.12
 
 
 def test_memory_grows_with_samples_times_pseudo_inputs(rng):

@@ -13,7 +13,7 @@ class FitSettings:
     subset: Annotated[int, "Samples on which the starting points are compared."] = 128
     evaluations: Annotated[
         int, "Evaluations of the evidence with all samples, at most."
-    ] = 100
+    ] = 130
     max_samples: Annotated[
         int, "Most samples for a full model; its memory grows with their square."
     ] = 8000

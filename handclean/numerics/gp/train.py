@@ -23,7 +23,6 @@ NOISE = np.log(0.1)
 GROWTH = 4
 RIVALS_TO = 1024
 CANDIDATES = 2048
-NOISE_FALL = 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,9 +191,10 @@ def train_sparse(
     The hyperparameters start from the exact model's of a subset, the pseudo-inputs from
     samples so spread out that none of the rest is far from all of them.
 
-    The evidence rewards noise that is explained away between the pseudo-inputs (Bauer
-    et al. 2016): without a limit it ends at a tenth of the true noise, and further from
-    the truth. So the noise's variance may fall only to ``e^-0.3`` of the subset's.
+    This evidence may be higher than the exact model's: it is that of another model,
+    whose variance between the pseudo-inputs takes over from the noise (Bauer et al.
+    2016). The longer it is maximised, the less noise remains; the prediction's variance
+    with noise stays right, that without it gets too large.
 
     Parameters
     ----------
@@ -208,11 +208,10 @@ def train_sparse(
     pseudo = spread_out(kernel, first.logs[:-1], candidates, count)
     evidence = SparseEvidence(kernel, mean, inputs, targets, count)
     lower, upper = bounds(kernel)
-    lower[-1] = max(first.logs[-1] - NOISE_FALL, lower[-1])
     units = np.concatenate(
         [
-            np.full(len(lower), 0.5),
-            np.tile(_lengths(kernel, first.logs), count),
+            np.ones(len(lower)),
+            np.tile(1.5 * _lengths(kernel, first.logs), count),
         ]
     )
     free = np.full(pseudo.size, np.inf)
