@@ -10,8 +10,8 @@ how far an energy lies above the least that any search and seed found, in shares
 layout's weighted condition term.
 
 Schroeder 2016: swarm 5 to 10 s, greedy 45 s to 3 min. The peers' script (numpy's
-eigvalsh and a numba prototype) is that of the folder named by HANDCLEAN_PEERS; it has random
-matrices 9 x 9 of 6 among 800 candidates, and neither distances, projection nor
+eigvalsh and a numba prototype) is that of the folder named by HANDCLEAN_PEERS; it has
+random matrices 9 x 9 of 6 among 800 candidates, and neither distances, projection nor
 perturbation.
 """
 
