@@ -24,6 +24,9 @@ from handclean.tree import POSE_HEAD, JointTree
 PIXEL = 0.0006
 """[m] width of a pixel."""
 
+MARGIN = 0.004
+"""[m] of white around a picture."""
+
 FIST = {
     "mcp_flexion": 84.0,
     "pip_flexion": 100.0,
@@ -49,7 +52,6 @@ _SEGMENTS = (0.55, 0.0, 0.45)  # share of white in the colours along a finger
 
 _LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
 _FINER = 2  # samples a pixel, each way
-_MARGIN = 0.004  # [m]
 _BATCH = 1000  # triangles sampled at once
 
 
@@ -102,7 +104,7 @@ def drawn(
     places = vertices @ view.T
     normals = vertex_normals(vertices, faces) @ view.T
     fine = pixel / _FINER
-    low, high = places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN
+    low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
     wide, tall = (_FINER * (int((high - low)[k] / pixel) + 1) for k in (0, 1))
     picture, depth = np.ones((tall * wide, 3)), np.full(tall * wide, -np.inf)
     sides = np.linalg.norm(places[faces] - places[np.roll(faces, 1, axis=1)], axis=2)

@@ -2,26 +2,28 @@
 
 The hand's back at true scale with a numbered dot for every marker, and a table of how
 far each is from places that can be felt or seen: straight, as calipers measure it, on
-the flat hand. Where thumb markers look sideways the dots show them as the camera above
-sees them. A ruler at the edge tells whether the printer kept the scale.
+the flat hand. The thumb, whose nail looks sideways, is shown from there again if it has
+markers. A ruler tells whether the printer kept the scale.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
 from handclean.hand.model import Model
 from handclean.hand.surface import Surface, rest_joints
+from handclean.hand.template import bone_frame
 from handclean.hand.template_surface import landmarks, template_surface
-from handclean.report.hand_pictures import drawn, looking, skin_colors
-from handclean.tree import JointTree
+from handclean.report.hand_pictures import MARGIN, drawn, looking, skin_colors
+from handclean.tree import MIRROR, JointTree
 
 PAGES = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}
 """[mm] width and height of the paper, the first that has room is taken."""
@@ -32,11 +34,11 @@ PIXEL = 0.0002
 TOLD = 3
 """Landmarks a marker's place is told by."""
 
-_EDGE = 12.0  # [mm] that printers leave white
-_TITLE, _ROW, _GAP = 16.0, 4.6, 5.0  # [mm]
+_EDGE = 10.0  # [mm] that printers leave white
+_ROW, _GAP, _DOT = 4.4, 3.0, 2.2  # [mm]
 _ASIDE = 0.5  # sine of the least angle between directions to landmarks
 _INCH = 25.4
-_INK = "#20242c"
+_INK, _RED = "#20242c", "#c8281e"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,94 +139,136 @@ def write_sheet(
         If it cannot be written.
     """
     told = placements(markers, surface)
-    picture = drawn(
-        surface.vertices,
-        surface.faces,
-        0.35 * skin_colors(surface) + 0.65,
-        looking(0.0, 0.0),
-        PIXEL,
-    )
-    tall, wide = (1e3 * PIXEL * size for size in picture.shape[:2])
-    needed = 2 * _EDGE + _TITLE + tall + 2 * _GAP + _ROW * (len(told) + 2)
-    name, page = next(
-        (
-            (name, size)
-            for name, size in PAGES.items()
-            if needed <= size[1] and wide + 2 * _EDGE <= size[0]
-        ),
-        list(PAGES.items())[-1],
-    )
-    figure = Figure(figsize=(page[0] / _INCH, page[1] / _INCH), facecolor="white")
+    size = 1e3 * (np.ptp(surface.vertices, axis=0) + 2.0 * MARGIN)
+    needed = 2 * _EDGE + size[1] + _GAP + _ROW * (len(told) + 1)
+    fits = [
+        name
+        for name, page in PAGES.items()
+        if needed <= page[1] and size[0] + 2 * _EDGE <= page[0]
+    ]
+    name = fits[0] if fits else list(PAGES)[-1]
+    wide, high = PAGES[name]
+    figure = Figure(figsize=(wide / _INCH, high / _INCH), facecolor="white")
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set(xlim=(0.0, page[0]), ylim=(0.0, page[1]), aspect="equal")
     axes.set_axis_off()
-    top = page[1] - _EDGE
-    _write(axes, _EDGE, top - 5.0, title, size=15, weight="bold")
-    words = f"{markers.tree.side} hand, back · {source} · print at 100 % on {name}"
-    _write(axes, _EDGE, top - 11.5, words, size=8.5)
-    left, high = 0.5 * (page[0] - wide), top - _TITLE
-    axes.imshow(
-        picture,
-        extent=(left, left + wide, high - tall, high),
-        interpolation="bilinear",
-        zorder=0,
-    )
-    axes.set(xlim=(0.0, page[0]), ylim=(0.0, page[1]))
-    corner = surface.vertices.min(axis=0)[0], surface.vertices.max(axis=0)[1]
-    _dots(axes, markers, radius, (left, high), corner)
-    _ruler(axes, page[0] - _EDGE, high - tall, 100)
-    _table(axes, told, high - tall - _GAP, page[0])
+    thumb_left = markers.tree.side == "right"
+    sides = (_EDGE, wide - _EDGE) if thumb_left else (wide - _EDGE, _EDGE)
+    lines = (f"{markers.tree.side} hand, from its back", source, f"100 % on {name}")
+    _title(axes, title, lines, sides[0], high - _EDGE)
+    _ruler(axes, sides[1], high - _EDGE - 100.0)
+    numbers = {label: str(n) for n, label in enumerate(markers.labels, start=1)}
+    corner = 0.5 * (wide - size[0]), high - _EDGE
+    _panel(axes, surface, looking(0.0, 0.0), markers, numbers, radius, corner)
+    part, few = _thumb(surface, markers)
+    if few.labels:
+        view = _thumb_view(markers.tree)
+        across = 1e3 * (np.ptp(part.vertices @ view.T, axis=0) + 2.0 * MARGIN)
+        corner = (
+            _EDGE if thumb_left else wide - _EDGE - across[0],
+            high - _EDGE - size[1] + across[1] + _ROW,
+        )
+        _panel(axes, part, view, few, numbers, radius, corner)
+        below = corner[0] + 0.5 * across[0], corner[1] - across[1] - 1.0
+        _write(axes, *below, "onto the thumb's nail", size=7, ha="center")
+    axes.set(xlim=(0.0, wide), ylim=(0.0, high), aspect="equal")
+    _table(axes, told, high - _EDGE - size[1] - _GAP, wide)
     try:
         _save(figure, path)
     except OSError as error:
         raise FileError(path, f"cannot be written: {error.strerror or error}") from None
     if name == "A4":
         return ()
-    return (f"the sheet needs {name}, as hand and table do not fit on A4",)
+    return (f"the sheet needs {name}: hand and table do not fit on A4",)
+
+
+def _thumb(surface: Surface, markers: Model) -> tuple[Surface, Model]:
+    """The part of the skin that the thumb's bones with markers, and all after, move.
+
+    The markers keep their labels, by which they find their numbers.
+    """
+    bones = markers.tree.bones
+    on = [n for n, b in enumerate(markers.bone) if bones[b].startswith("thumb")]
+    first = min((int(markers.bone[n]) for n in on), default=len(bones))
+    first = min(first, bones.index("thumb_proximal"))
+    shown = [b for b, bone in enumerate(bones) if bone.startswith("thumb")]
+    kept = np.isin(surface.bones[:, 0], [b for b in shown if b >= first])
+    faces = surface.faces[kept[surface.faces].all(axis=1)]
+    used, inverse = np.unique(faces, return_inverse=True)
+    part = replace(
+        surface,
+        vertices=surface.vertices[used],
+        faces=inverse.reshape(-1, 3).astype(np.int64),
+        bones=surface.bones[used],
+        weights=surface.weights[used],
+        colors=None if surface.colors is None else surface.colors[used],
+    )
+    return part, markers.selected([markers.labels[n] for n in on])
+
+
+def _thumb_view(tree: JointTree) -> Floats:
+    """(3, 3) rows right, up and towards a viewer, who sees the thumb's nail."""
+    frame = bone_frame("thumb_distal").T
+    if tree.side == "right":
+        frame = frame * MIRROR
+        frame[0] = np.cross(frame[1], frame[2])
+    return frame
+
+
+def _panel(
+    axes: Any,
+    surface: Surface,
+    view: Floats,
+    markers: Model,
+    numbers: Mapping[str, str],
+    radius: float,
+    corner: tuple[float, float],
+) -> None:
+    """Draw skin at true scale, and a dot of the marker's own size for each.
+
+    Parameters
+    ----------
+    numbers : by the markers' labels.
+    corner : [mm] the upper left one, on the page.
+    """
+    colors = 0.35 * skin_colors(surface) + 0.65
+    picture = drawn(surface.vertices, surface.faces, colors, view, PIXEL)
+    tall, wide = (1e3 * PIXEL * size for size in picture.shape[:2])
+    left, high = corner
+    extent = (left, left + wide, high - tall, high)
+    axes.imshow(picture, extent=extent, interpolation="bilinear", zorder=0)
+    seen = surface.vertices @ view.T
+    homes = (rest_joints(markers.tree)[markers.bone] + markers.at) @ view.T
+    for label, home in zip(markers.labels, homes, strict=True):
+        x = left + 1e3 * (home[0] - seen[:, 0].min() + MARGIN)
+        y = high - 1e3 * (seen[:, 1].max() + MARGIN - home[1])
+        size = max(1e3 * radius, _DOT)
+        axes.add_patch(Circle((x, y), size, facecolor=_RED, edgecolor="white"))
+        style = {"ha": "center", "va": "center_baseline", "color": "white"}
+        _write(axes, x, y, numbers[label], size=8, weight="bold", **style)
+
+
+def _title(axes: Any, title: str, lines: Sequence[str], x: float, high: float) -> None:
+    """The title and what is said below it, from a page's edge, over the thumb."""
+    side = "left" if x < 0.5 * PAGES["A4"][0] else "right"
+    _write(axes, x, high - 5.0, title, size=13, weight="bold", ha=side)
+    for n, line in enumerate(lines):
+        _write(axes, x, high - 11.0 - 4.5 * n, line, size=8.5, ha=side)
 
 
 def _write(axes: Any, x: float, y: float, text: str, **style: Any) -> None:
     axes.text(x, y, text, **{"color": _INK, "va": "baseline", **style})
 
 
-def _dots(
-    axes: Any,
-    markers: Model,
-    radius: float,
-    at: tuple[float, float],
-    corner: tuple[float, float],
-) -> None:
-    """A dot of the marker's own size for each, with its number.
-
-    Parameters
-    ----------
-    at : [mm] upper left corner of the picture on the page.
-    corner : [m] least x and largest y of the skin, which the picture shows a margin
-        from its corner.
-    """
-    homes = rest_joints(markers.tree)[markers.bone] + markers.at
-    margin = 4.0
-    for n, home in enumerate(homes, start=1):
-        x = at[0] + margin + 1e3 * (home[0] - corner[0])
-        y = at[1] - margin - 1e3 * (corner[1] - home[1])
-        size = max(1e3 * radius, 2.2)
-        circle = mpl.patches.Circle(
-            (x, y), size, facecolor="#c8281e", edgecolor="white", linewidth=0.8
-        )
-        axes.add_patch(circle)
-        style = {"ha": "center", "va": "center_baseline", "color": "white"}
-        _write(axes, x, y, str(n), size=8, weight="bold", **style)
-
-
-def _ruler(axes: Any, right: float, low: float, length: int) -> None:
-    """A ruler to check the printed scale by [mm], standing at the right edge."""
-    axes.plot([right, right], [low, low + length], color=_INK, linewidth=0.8)
-    for mm in range(0, length + 1, 5):
-        size = 3.0 if mm % 10 == 0 else 1.6
-        axes.plot([right - size, right], [low + mm] * 2, color=_INK, linewidth=0.6)
-    for mm in range(0, length + 1, 50):
-        style = {"size": 7, "ha": "right", "va": "center"}
-        _write(axes, right - 4.0, low + mm, f"{mm} mm", **style)
+def _ruler(axes: Any, edge: float, low: float) -> None:
+    """A ruler of 100 mm to check the printed scale by, standing at a page's edge."""
+    inwards, side = (1.0, "left") if edge <= _EDGE else (-1.0, "right")
+    axes.plot([edge, edge], [low, low + 100], color=_INK, linewidth=0.8)
+    for mm in range(0, 101, 5):
+        size = inwards * (3.0 if mm % 10 == 0 else 1.6)
+        axes.plot([edge, edge + size], [low + mm] * 2, color=_INK, linewidth=0.6)
+    for mm in (0, 50, 100):
+        style = {"size": 7, "ha": side, "va": "center"}
+        _write(axes, edge + 4.0 * inwards, low + mm, f"{mm} mm", **style)
 
 
 def _table(axes: Any, told: Sequence[Placement], high: float, wide: float) -> None:
