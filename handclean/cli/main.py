@@ -28,10 +28,12 @@ COMMANDS = {
     "range-of-motion takes.",
     "calibrate-hand scan": "Learn a hand with its skin from a scan (.ply, .obj, .stl) "
     "and landmarks.",
-    "calibrate-glove examine": "Find which sensors of a glove are cross-coupled.",
-    "calibrate-glove sample": "Take samples from readings whose angles are known.",
-    "calibrate-glove fit": "Learn from samples what readings mean.",
-    "calibrate-glove apply": "Turn readings into joint angles.",
+    "calibrate-glove examine": "Find which sensors of a glove are cross-coupled, and "
+    "their active ranges.",
+    "calibrate-glove sample": "Take samples (readings with known rotations) from a "
+    "glove's readings.",
+    "calibrate-glove fit": "Learn from samples what a glove's readings mean.",
+    "calibrate-glove apply": "Turn a glove's readings into joint angles with sigma.",
     "learn subspace": "Learn a posture prior from joint angles.",
     "optimize-layout": "Find a few markers that tell a motion, or judge such layouts.",
     "simulate": "Make takes with known truth.",

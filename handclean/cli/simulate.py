@@ -25,9 +25,10 @@ from handclean.simulation.settings import SimulateConfig
 def command(batch: Batch, scenario: str, settings: SimulateConfig) -> int:
     """Make takes with known truth.
 
-    SCENARIO is grasp, rom, free, demo, or a TOML file with a kind and settings. Into
-    the folder OUT go what the cameras recorded (.c3d), the same with labels
-    (labelled/), the truth (truth/), and the subjects (subjects/).
+    SCENARIO is grasp, rom, free, demo, scan, glove, or a TOML file with a kind and
+    settings. Into the folder OUT go what the cameras recorded (.c3d), the same with
+    labels (labelled/), the truth (truth/), and the subjects (subjects/); of glove, what
+    it read (.csv), the truth, and the subjects.
 
     \b
     Example:

@@ -4,7 +4,8 @@ Simulated glove (18 sensors; curves and coupling outside the models' class, 1.1 
 of noise, 8 bits), three seeds, each another glove and another hand. Calibrated in one
 wearing: eight key poses, widgets, touching; tested in another, except where said.
 Errors are of the 17 measured rotations, mean and standard deviation over rotations,
-frames and seeds. In brackets or columns called paper: what the paper has for its own glove.
+frames and seeds; figures per seed are mean and standard deviation over seeds. Columns
+called paper are what the paper has for its own glove.
 """
 
 import time
