@@ -275,3 +275,14 @@ def test_scikit_learn_finds_no_more_evidence(rng):
     assert_allclose(mean, expected, rtol=1e-6)
     # theirs is of a measurement: the noise is one of its kernel's terms
     assert_allclose(variance + noise.noise_level, deviation**2, rtol=1e-6)
+
+
+def test_what_a_subset_took_for_noise_is_found_with_all_samples(rng):
+    """Ripples that are too short for the samples of the subset to follow."""
+    inputs = rng.uniform(-1.7, 1.7, size=(1200, 2))
+    targets = inputs[:, 0] + 0.5 * np.sin(6.0 * inputs[:, 0]) * inputs[:, 1]
+    targets += 0.1 * rng.normal(size=1200)
+    kernel = Kernel(("lard", "seard"), 2)
+    settings = FitSettings(starts=1, subset=48)
+    trained = train_exact(kernel, "ml", inputs, targets, settings, rng)
+    assert np.exp(0.5 * trained.logs[-1]) == pytest.approx(0.1, rel=0.15)

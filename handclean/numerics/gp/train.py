@@ -19,6 +19,9 @@ from handclean.numerics.gp.kernels import Kernel
 from handclean.numerics.gp.settings import FitSettings
 from handclean.numerics.gp.sparse import JITTERS, SparseEvidence
 
+Start = tuple[Floats, Floats | None]
+"""A point, and the Hessian there if it is known."""
+
 NOISE = np.log(0.1)
 GROWTH = 4
 RIVALS_TO = 1024
@@ -111,6 +114,7 @@ def train_exact(
     cheap = 0
     found: Descent | None = None
     matrix: Floats | None = None
+    shorter: list[Start] = []
     for size, following in _ladder(settings.subset, len(inputs)):
         chosen = np.sort(order[:size])
         evidence = Evidence(kernel, mean, inputs[chosen], targets[chosen])
@@ -120,13 +124,16 @@ def train_exact(
             found = descents[0]
         else:
             most = settings.evaluations if following is None else 40
+            begin, matrix = _better(evidence, [(found.point, matrix), *shorter])
             found = descend(
-                evidence, found.point, lower, upper, hessian=matrix, evaluations=most
+                evidence, begin, lower, upper, hessian=matrix, evaluations=most
             )
             if size <= RIVALS_TO:
                 found = _rivalled(evidence, found, rivals, lower, upper)
         if following is not None:
-            matrix = hessian(evidence, found) * (following / size)
+            growth = following / size
+            matrix = hessian(evidence, found) * growth
+            shorter = [_shorter(kernel, evidence, found, lower, upper, growth)]
             cheap += evidence.evaluations
     assert found is not None
     return Trained(
@@ -157,6 +164,36 @@ def _tried(
     best = tried[0]
     tried[0] = descend(evidence, best.point, lower, upper, hessian=best.hessian)
     return tried
+
+
+def _shorter(
+    kernel: Kernel,
+    evidence: Function,
+    found: Descent,
+    lower: Floats,
+    upper: Floats,
+    growth: float,
+) -> Start:
+    """Where a descent ends that begins with shorter lengths and less noise.
+
+    What few samples can only take for noise, more of them may follow.
+    """
+    gamma = np.array(["gamma" in name for name in kernel.names])
+    eta = np.array([name.endswith("eta") for name in kernel.names])
+    begin = found.point.copy()
+    begin[:-1][eta] = np.maximum(begin[:-1][eta], -1.0)
+    begin[:-1][gamma] = np.maximum(begin[:-1][gamma], 0.0) + 2.0
+    begin[-1] -= 2.0
+    other = descend(evidence, begin, lower, upper, evaluations=30)
+    return other.point, hessian(evidence, other) * growth
+
+
+def _better(evidence: Function, starts: Sequence[Start]) -> Start:
+    """The starting point of least value, with its Hessian."""
+    if len(starts) == 1:
+        return starts[0]
+    values = [evidence(point)[0] for point, _ in starts]
+    return starts[int(np.argmin(values))]
 
 
 def _rivalled(
