@@ -17,7 +17,7 @@ from handclean.io.marker_sets import write_marker_set
 from handclean.io.meshes import read_mesh
 from handclean.layouts.feasible import counts, feasible
 from handclean.layouts.optimize import Layout, optimize
-from handclean.layouts.problem import Problem, make_problem, on_bones
+from handclean.layouts.problem import Problem, make_problem, on_bones, subspace_of
 from handclean.pipeline import hands, motions, progress
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import LayingOut
@@ -79,7 +79,11 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
     else:
         mask = _unpainted(sources[0], surface)
         model = on_bones(surface, tree, feasible(surface, tree, settings.layout, mask))
-    prior = hands.prior(sources[0]) if "prior" in sources[0].files else None
+    prior = None
+    if "prior" in sources[0].files:
+        prior = hands.prior(sources[0])
+    elif not settings.layout.full:  # first, as it names joints that never move
+        prior = subspace_of(takes, names, settings.layout)
     problem = make_problem(
         model, takes, names, settings.layout, prior=prior, surface=surface
     )
