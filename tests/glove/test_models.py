@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from handclean.errors import HandcleanError, ShapeError, UnknownNameError
-from handclean.glove.models import BATCH, EXACT, KINDS, TABLE_2, fit, from_arrays
+from handclean.glove.models import BATCH, KINDS, fit, from_arrays
+from handclean.glove.scaled import EXACT, TABLE_2
 from handclean.numerics.gp.settings import FitSettings
 
 SETTINGS = FitSettings(subset=48, starts=2, pseudo_inputs=15, evaluations=30)

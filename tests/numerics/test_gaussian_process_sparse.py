@@ -12,7 +12,7 @@ from handclean.numerics.gp.kernels import Kernel
 from handclean.numerics.gp.means import MEANS, basis
 from handclean.numerics.gp.settings import FitSettings
 from handclean.numerics.gp.sparse import SparseEvidence, sparse_posterior
-from handclean.numerics.gp.train import spread_out, train_sparse
+from handclean.numerics.gp.train_sparse import spread_out, train_sparse
 
 S = 3
 SUMS = [("rbf",), ("lard", "seard"), ("seard", "seard"), ("poly2", "seard")]
