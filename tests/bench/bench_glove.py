@@ -9,6 +9,7 @@ called paper are what the paper has for its own glove.
 """
 
 import time
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -19,9 +20,13 @@ from handclean.glove import samples as taken
 from handclean.glove.gloves import load_glove, with_coupling
 from handclean.glove.poses import key_poses
 from handclean.glove.settings import GloveFitConfig
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.model import marker_positions
+from handclean.ik.solve import solve_markers
 from handclean.simulation.glove import MORE, SHOWN, TRAINED, simulate_glove
 from handclean.simulation.glove_motions import LONG, tip_distance
 from handclean.simulation.settings import SimulateConfig
+from handclean.simulation.timing import shaking
 
 SEEDS = (0, 1, 2)
 EXACT_SAMPLES = 600
@@ -283,6 +288,51 @@ def figure_12():
     return rows
 
 
+def figure_13():
+    """Fingertips of free movement by the glove, by markers on it, and true."""
+    distances = {}
+
+    def add(what, one, other):
+        apart = 1e3 * np.linalg.norm(one - other, axis=2)
+        distances.setdefault(what, []).append(apart.ravel())
+
+    for seed in SEEDS:
+        session, _, made, _ = world(seed)
+        rng = np.random.default_rng([seed, 13])
+        wearer = session.made.wearer
+        take = session.takes["w2/motion"]
+        poses = np.zeros((len(take.times), 7 + len(session.hinges)))
+        poses[:, 3] = 1.0
+        poses[:, 7:] = take.angles
+        true = marker_positions(wearer.tips, poses)
+        model = load_marker_set("maycock26").on(wearer.tree)
+        glued = replace(model, at=model.at + rng.normal(0.0, 1e-3, model.at.shape))
+        places = marker_positions(glued, poses)
+        slides = shaking(take.times, 0.0, 0.5, 1.5e-3, places[0].size, rng)
+        places = places + slides.reshape(places.shape)
+        places += rng.normal(0.0, 2e-4, places.shape)
+        by_markers = marker_positions(wearer.tips, solve_markers(model, places).poses)
+        add("26 markers against truth", by_markers, true)
+        for name in ("linear", "FK only", "LMC-GPR", "SPGP-100", "with markers"):
+            mean, _ = session.predict(made[name], take.name)
+            angles, _ = cal.to_hinges(
+                session.glove, session.hinges, mean, np.zeros_like(mean)
+            )
+            rows = poses.copy()
+            rows[:, 7:] = angles
+            tips = marker_positions(wearer.tips, rows)
+            add(f"glove, {name}, against truth", tips, true)
+            add(f"glove, {name}, against 26 markers", tips, by_markers)
+    return [
+        {
+            "fingertips": what,
+            "distance [mm]": pooled(values),
+            "95 % [mm]": f"{np.quantile(np.concatenate(values), 0.95):.1f}",
+        }
+        for what, values in distances.items()
+    ]
+
+
 def figure_14():
     rows = []
     for size in (20, 50, 100, 300):
@@ -391,6 +441,9 @@ def rows():
             figure_11()
         ),
         "Figure 12: distance of fingertips that touch": figure_12(),
+        "Figure 13: fingertips in free movement, glove-driven and marker-driven": (
+            figure_13()
+        ),
         "Figure 14: pseudo-inputs": figure_14(),
         "Other wearings and other people": elsewhere(),
         "Variance: share of the truth within": variance(),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from handclean.errors import HandcleanError
+from handclean.errors import HandcleanError, UnknownSettingError
 from handclean.glove import samples as samples_of
 from handclean.glove.calibrate import (
     FitTask,
@@ -18,6 +18,7 @@ from handclean.glove.calibrate import (
     fit_tasks,
     run_task,
 )
+from handclean.glove.models import KINDS
 from handclean.pipeline import glove_files, progress
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import GloveFitting
@@ -37,6 +38,8 @@ FIGURES = {
 
 def calibrate_glove_fit(sources: tuple[Source, ...], settings: GloveFitting) -> Outcome:
     """Learn what readings mean."""
+    if settings.fit.model not in KINDS:
+        raise UnknownSettingError("--model", "model", settings.fit.model, KINDS)
     read = [glove_files.read_samples(source.path) for source in sources]
     samples = samples_of.merged([one for one, _ in read])
     glove = read[0][1]

@@ -61,11 +61,11 @@ def tasks(settings: Simulating, folder: Path) -> list[Task]:
     """
     try:
         kind, config = load_scenario(settings.scenario, settings.simulate)
+        if kind == "glove":
+            sensors_of(config.glove)  # is there one?
     except HandcleanError as error:
         raise UsageError(str(error)) from None
     planned = []
-    if kind == "glove":
-        sensors_of(config.glove)  # is there one?
     for number in range(config.trials):
         subject = f"S{number % config.subjects + 1:02d}"
         name = f"{subject}_{number + 1:03d}"
