@@ -17,6 +17,7 @@ from handclean.hand.surface import Surface
 from handclean.io.bvh import write_bvh
 from handclean.io.bvh_angles import read_bvh_angles
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
+from handclean.io.glove import inspect_readings, is_readings
 from handclean.io.gltf_write import write_glb
 from handclean.io.h5 import format_of, read_h5
 from handclean.io.keeps import lost
@@ -193,6 +194,8 @@ def inspect(
         return {"format": name, **dict(part.attrs), "parts": sorted(part.items)}
     if suffix == ".c3d":
         return _inspect_c3d(path, rate_hz, unit)
+    if suffix == ".csv" and is_readings(path):
+        return inspect_readings(path, rate_hz)
     if suffix == ".mot":
         return inspect_mot(path)
     if suffix == ".glb":

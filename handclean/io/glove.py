@@ -160,6 +160,52 @@ def open_readings(
     return _with_rate(found, math.nan if times else float(rate_hz or said or 1.0))
 
 
+def is_readings(path: Path) -> bool:
+    """Whether a CSV says that it holds readings."""
+    try:
+        with path.open("rb") as file:
+            return (
+                file.read(len(_MARK) + 3)
+                .lstrip(b"\xef\xbb\xbf")
+                .startswith(_MARK.encode())
+            )
+    except OSError:
+        return False
+
+
+def inspect_readings(path: Path, rate_hz: float | None) -> dict[str, Any]:
+    """Return what is in a file of readings, as plain JSON values.
+
+    Raises
+    ------
+    FileError, UsageError
+        If it cannot be read, or its rate is not known.
+    """
+    found = open_readings(path, rate_hz=rate_hz)
+    frames, blank, first, last = 0, 0, math.nan, math.nan
+    low, high = np.full(found.columns, np.inf), np.full(found.columns, -np.inf)
+    for times, values in found.chunks(50_000):
+        first = float(times[0]) if frames == 0 else first
+        last = float(times[-1])
+        frames += len(times)
+        blank += int(np.isnan(values).sum())
+        low, high = np.fmin(low, values.min(axis=0)), np.fmax(high, values.max(axis=0))
+    rate = (frames - 1) / (last - first) if frames > 1 else None
+    still = [s for s, a, b in zip(found.sensors, low, high, strict=False) if a == b]
+    traps = [f"{name} never changes" for name in still]
+    if blank:
+        traps.append(f"{blank} readings are missing")
+    return {
+        "format": "glove readings",
+        "frames": frames,
+        "rate": rate,
+        "duration_s": frames / rate if rate else None,
+        "sensors": list(found.sensors),
+        "facts": dict(found.facts),
+        "traps": traps,
+    }
+
+
 def _with_rate(found: ReadingsFile, rate: float) -> ReadingsFile:
     parts = {name: getattr(found, name) for name in found.__dataclass_fields__}
     return ReadingsFile(**{**parts, "rate": rate})

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from handclean.errors import FileError, UsageError
+from handclean.io import files
 from handclean.io.glove import open_readings, write_readings
 
 SENSORS = ("A", "B", "C")
@@ -96,3 +97,16 @@ def test_files_that_are_not_readings_are_refused(tmp_path, rng):
     path.write_bytes(b"not hdf5")
     with pytest.raises(FileError, match="HDF5"):
         open_readings(path)
+
+
+def test_inspecting_readings_tells_frames_sensors_and_dead_ones(tmp_path, rng):
+    times, values = made(rng)
+    values[:, 2] = 7.0
+    path = tmp_path / "take.csv"
+    write_readings(path, times, values, SENSORS, {"glove": "my"})
+    about = files.inspect(path)
+    assert about["format"] == "glove readings"
+    assert about["frames"] == 57
+    assert about["rate"] == pytest.approx(60.0, rel=1e-3)
+    assert about["sensors"] == ["A", "B", "C"]
+    assert about["traps"] == ["C never changes", "1 readings are missing"]
