@@ -59,6 +59,7 @@ data: $(READY) ## make what ships in handclean/data/ anew
 pictures: $(READY) ## draw the hands in handclean/data/pictures/ anew
 	$(RUN) -m handclean.report.hand_pictures handclean/data/pictures
 	$(RUN) -m handclean.pipeline.scan_picture handclean/data/pictures/scan.png
+	$(RUN) -m handclean.pipeline.layout_picture handclean/data/pictures/layouts.png
 	@if [ -f "$$HANDCLEAN_DATA/webxr_hand/right.glb" ]; then \
 		$(RUN) -m handclean.pipeline.rig_picture \
 			"$$HANDCLEAN_DATA/webxr_hand/right.glb" handclean/data/pictures/webxr.png; \

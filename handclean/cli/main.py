@@ -35,7 +35,8 @@ COMMANDS = {
     "calibrate-glove fit": "Learn from samples what a glove's readings mean.",
     "calibrate-glove apply": "Turn a glove's readings into joint angles with sigma.",
     "learn subspace": "Learn a posture prior from joint angles.",
-    "optimize-layout": "Find a few markers that tell a motion, or judge such layouts.",
+    "optimize-layout": "Find the few markers that tell a motion best, or judge such "
+    "layouts.",
     "simulate": "Make takes with known truth.",
     "compare": "Say how far a take is from a reference: labels, markers, joint angles.",
     "convert": "Convert takes from any format into any other.",

@@ -54,6 +54,12 @@ class SeveralOn(click.Command):
     help="The hand's skin with the places painted red that should have no marker.",
 )
 @click.option(
+    "--by-error",
+    is_flag=True,
+    help="Try 3 to 12 directions; keep the layout that, simulated on MOTION, tells the "
+    "skin best.",
+)
+@click.option(
     "--marker-mm",
     default=6.0,
     show_default=True,
@@ -92,6 +98,7 @@ def command(
     from_set: str,
     prior: Path | None,
     painted: Path | None,
+    by_error: bool,
     marker_mm: float,
     name: str,
     sheets: tuple[Path, ...],
@@ -111,6 +118,8 @@ def command(
         handclean optimize-layout takes/*.h5 -o six.toml --sheet six.pdf
         handclean optimize-layout --evaluate six.toml hoyet6 --on others/*.h5
     """
+    if by_error and (settings.full or settings.dimensions):
+        raise UsageError("--by-error: finds the dimensions; leave out --dimensions")
     if evaluate:
         return _evaluate(batch, settings, judged, prior, on, (*sheets, glb, painted))
     if on:
@@ -127,6 +136,7 @@ def command(
             name=name,
             from_set=from_set,
             marker_mm=marker_mm,
+            by_error=by_error,
             beside=tuple(path.suffix.lower() for path in beside),
         )
     except ValueError as error:

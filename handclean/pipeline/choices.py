@@ -146,6 +146,7 @@ class LayingOut:
     name : of the marker set, or "" for the file's.
     from_set : name or file of the set whose markers are to choose from, or "".
     marker_mm : diameter of the markers.
+    by_error : try several numbers of directions and keep the best layout.
     beside : suffixes of what is written beside the set: sheets and hands.
     """
 
@@ -153,6 +154,7 @@ class LayingOut:
     name: str
     from_set: str
     marker_mm: float
+    by_error: bool
     beside: tuple[str, ...]
 
     def __post_init__(self) -> None:

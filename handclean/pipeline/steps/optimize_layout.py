@@ -15,6 +15,7 @@ from handclean.hand.template import bone_frame
 from handclean.io.gltf_write import write_hand
 from handclean.io.marker_sets import write_marker_set
 from handclean.io.meshes import read_mesh
+from handclean.layouts.choose import choose
 from handclean.layouts.feasible import counts, feasible
 from handclean.layouts.optimize import Layout, optimize
 from handclean.layouts.problem import Problem, make_problem, on_bones, subspace_of
@@ -49,6 +50,7 @@ FIGURES = {
     "weighed": "layouts that were weighed",
     "history": "layouts weighed and least energy so far, after each step",
     "stopped": "why the search ended",
+    "tried_mm": "with --by-error: by directions tried, mean error of the skin",
 }
 
 _SEGMENTS = {
@@ -79,21 +81,8 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
     else:
         mask = _unpainted(sources[0], surface)
         model = on_bones(surface, tree, feasible(surface, tree, settings.layout, mask))
-    prior = None
-    if "prior" in sources[0].files:
-        prior = hands.prior(sources[0])
-    elif not settings.layout.full:  # first, as it names joints that never move
-        prior = subspace_of(takes, names, settings.layout)
-    problem = make_problem(
-        model, takes, names, settings.layout, prior=prior, surface=surface
-    )
-
-    def watch(weighed: int, energy: float) -> None:
-        progress.tell(f"{weighed} layouts, energy {energy:.4g}")
-
     try:
-        rng = np.random.default_rng(sources[0].seed)
-        found = optimize(problem, settings.layout, rng, watch=watch)
+        problem, found, errors = _found(sources[0], settings, worn, model, takes, names)
     finally:
         progress.done()
     source = (
@@ -109,10 +98,53 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
             "takes": len(takes),
             "frames": sum(map(len, takes)),
             **_figures(found, problem, markers.labels),
+            **({"tried_mm": errors} if errors else {}),
         },
         warnings=tuple(text.removeprefix(first) for text in odd),
         writers=_writers(markers, found, worn, settings),
     )
+
+
+def _found(
+    source: Source,
+    settings: LayingOut,
+    worn: Wearer,
+    model: Model,
+    takes: Sequence[Floats],
+    names: tuple[str, ...],
+) -> tuple[Problem, Layout, dict[str, float]]:
+    """The layout, and mean errors [mm] by directions where several were tried."""
+    prior = None
+    if "prior" in source.files:
+        prior = hands.prior(source)
+    elif not settings.layout.full:  # first, as it names joints that never move
+        prior = subspace_of(takes, names, settings.layout)
+    if settings.by_error:
+
+        def told(directions: int, error: float) -> None:
+            progress.tell(f"{directions} directions: {1e3 * error:.2f} mm")
+
+        given = prior if "prior" in source.files else None
+        problem, found, errors = choose(
+            model,
+            worn.surface,
+            takes,
+            names,
+            settings.layout,
+            source.seed,
+            prior=given,
+            told=told,
+        )
+        return problem, found, {str(n): 1e3 * e for n, e in errors.items()}
+
+    def watch(weighed: int, energy: float) -> None:
+        progress.tell(f"{weighed} layouts, energy {energy:.4g}")
+
+    problem = make_problem(
+        model, takes, names, settings.layout, prior=prior, surface=worn.surface
+    )
+    rng = np.random.default_rng(source.seed)
+    return problem, optimize(problem, settings.layout, rng, watch=watch), {}
 
 
 def _glued(settings: LayingOut, tree: JointTree) -> MarkerSet:
