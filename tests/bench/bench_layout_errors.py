@@ -12,7 +12,8 @@ turned. Layouts of k markers serve as many directions of the subspace as hold 95
 the variance, but at most 2 k - 2, or "by error" as many as tell the motion best that
 they were made for (--by-error); what is solved uses those that hold 95 %. Generic
 layouts come of simulated gestures and exercises (free, rom); wheatland is the mean of
-five draws of 1 % of the candidates. Milliseconds are processor time of a frame on one core.
+five draws of 1 % of the candidates. Milliseconds are processor time of a frame on one
+core.
 
 Schroeder 2016: below 2 mm with 6 markers made for grasps, 9 generic ones; table 1, 4
 markers: standard 17.9 mm in the mean and 79 at most, subspace 8.9 and 21.
