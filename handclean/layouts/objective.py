@@ -5,7 +5,11 @@
     E_dist = - min over keyframes and pairs of markers of |a - b|^2 / L^2
 
 The papers divide by L once, which leaves the term with a unit; L^2 makes it scale-free
-as their text says. E_hidden, which is ours, is the share of keyframes and directions in
+as their text says. The papers' weights w1 = 0.1, w2 = 100 then do what their figure 7
+shows. Ten markers on simulated grasps: for the first term alone two sit 2 mm apart, for
+both 20 mm, and the mean condition number goes from 212 to 215; for the second alone it
+is 1700. On precision grasps 2 and 30 mm, 560 and 567; w2 = 1000 would give 36 to 38 mm,
+but conditions 15 to 40 % worse. E_hidden, which is ours, is the share of keyframes and directions in
 which the markers are not seen.
 
 A layout with a marker twice, or one that leaves something undetermined, has an infinite
