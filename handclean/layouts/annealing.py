@@ -11,8 +11,8 @@ Why: a swarm pulls the m-th marker of one layout to the m-th of another, though 
 have no order, so it does well with few markers and poorly with ten, where the smallest
 distance counts. From the same starts, 50 seeds each: with 4, 6 and 8 markers both
 always end at the best layout known; with 10 this beats the swarm in 90 % and loses in
-8 %; it takes 60 to 80 % of the time (tests/bench/bench_layouts.py). Exchanges alone get stuck on that distance: no single
-marker can widen it while two pairs are equally close.
+8 %; it takes 60 to 80 % of the time (tests/bench/bench_layouts.py). Exchanges alone get
+stuck on that distance: no single marker can widen it while two pairs are equally close.
 """
 
 import numpy as np

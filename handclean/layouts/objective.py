@@ -9,8 +9,8 @@ as their text says. The papers' weights w1 = 0.1, w2 = 100 then do what their fi
 shows. Ten markers on simulated grasps: for the first term alone two sit 2 mm apart, for
 both 20 mm, and the mean condition number goes from 212 to 215; for the second alone it
 is 1700. On precision grasps 2 and 30 mm, 560 and 567; w2 = 1000 would give 36 to 38 mm,
-but conditions 15 to 40 % worse. E_hidden, which is ours, is the share of keyframes and directions in
-which the markers are not seen.
+but conditions 15 to 40 % worse. E_hidden, which is ours, is the share of keyframes and
+directions in which the markers are not seen.
 
 A layout with a marker twice, or one that leaves something undetermined, has an infinite
 energy; so does any layout for which a term with a weight is infinite.
