@@ -5,7 +5,8 @@ own ``format`` name and a ``version`` in the attributes of its root.
 
 Written files depend on nothing but their content: no times are kept, parts are in
 alphabetical order, the library version is fixed. Texts are UTF-8 of variable length;
-those of fixed length, as handclean wrote them before, are read too.
+those of fixed length, as handclean wrote them before, are read too. A seal
+(`handclean.io.seal`) tells whether a file was edited since.
 
 Reading trusts nothing: no links to elsewhere, no external or virtual storage, no filter
 but the standard ones (a plug-in would be code), no Python objects, and no more memory
@@ -31,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handclean.errors import FileError
+from handclean.io import seal
 from handclean.io.parts import Array, Fact, Part
 from handclean.io.reading import text
 from handclean.io.writing import unwritable
@@ -83,8 +85,8 @@ def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> N
         If it cannot be written, or holds something that no file can.
     """
     try:
-        image = _image(format_name, version, part, str(path))
-        path.write_bytes(image)
+        image, at = _image(format_name, version, part, str(path))
+        seal.write(path, image, at)
     except OSError as error:
         raise unwritable(path, error) from None
     except ValueError as error:
@@ -92,8 +94,8 @@ def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> N
         raise FileError(path, f"cannot be written ({reason})") from None
 
 
-def _image(format_name: str, version: int, part: Part, where: str) -> bytes:
-    """Bytes of a file.
+def _image(format_name: str, version: int, part: Part, where: str) -> tuple[bytes, int]:
+    """Bytes of a file, and where in them its seal goes.
 
     It is built in memory: over a full disk the library would take the process down.
     """
@@ -101,9 +103,9 @@ def _image(format_name: str, version: int, part: Part, where: str) -> bytes:
     with h5py.File(where, "w", libver=_LIBRARY, **memory) as file:
         _put_attrs(file, {"format": format_name, "version": version})
         _put(file, part, where)
-        file.flush()
+        at = seal.put(file)
         image: bytes = file.id.get_file_image()
-    return image
+    return image, at
 
 
 def _put(group: h5py.Group, part: Part, where: str) -> None:
@@ -280,6 +282,8 @@ class _Reader:
             raise FileError(where, "groups are nested too deeply")
         items: dict[str, Any] = {}
         for key in group:
+            if depth == 0 and key == seal.NAME:
+                continue
             name = unquote(key)
             inner = f"{where}/{name}"
             self._objects -= 1

@@ -48,13 +48,15 @@ def state(path: Path, begun: Entry, overwrite: bool) -> State:
     if overwrite:
         return State.OTHER
     made = record.of(path)
-    if not made:
+    intact = record.intact(path)
+    if not made or intact is False:
         raise FileError(
             path,
             "is there already and not (or no longer) as handclean made it",
             "--overwrite replaces it",
         )
-    return State.SAME if record.same(made[-1], begun) else State.OTHER
+    is_same = bool(intact) and record.same(made[-1], begun)
+    return State.SAME if is_same else State.OTHER
 
 
 def touch(task: Task) -> None:

@@ -1,8 +1,9 @@
 """The record of what made an output, by which a rerun knows it again.
 
-An ``.h5`` carries it inside, as the last entry of ``/provenance``; beside any other
-output ``OUT`` stands ``OUT.made.json``, which also has the digest of ``OUT``: a file
-that was changed afterwards is no longer one that handclean made.
+An ``.h5`` carries it inside, as the last entry of ``/provenance``, with a digest of all
+its bytes; beside any other output ``OUT`` stands ``OUT.made.json``, which also has the
+digest of ``OUT``: a file that was changed afterwards is no longer one that handclean
+made.
 """
 
 import hashlib
@@ -162,6 +163,22 @@ def _inside(path: Path) -> tuple[Entry, ...]:
         return _entries([json.loads(text) for text in held])
     except (OSError, ValueError, KeyError, TypeError, RuntimeError):
         return ()
+
+
+def intact(path: Path) -> bool | None:
+    """Whether a file that `of` knows is as it was made; None if it cannot tell.
+
+    Only an ``.h5`` of an older handclean, or of other hands, cannot.
+    """
+    path = Path(os.path.realpath(path))
+    if path.suffix.lower() != ".h5":
+        return True  # `of` compared the digest
+    from handclean.io import seal  # late, so that help is instant
+
+    try:
+        return seal.intact(path)
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError):
+        return False
 
 
 def _entries(found: object) -> tuple[Entry, ...]:

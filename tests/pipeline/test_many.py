@@ -227,6 +227,41 @@ def test_an_output_that_was_edited_is_no_longer_handcleans(inputs, run):
     assert Path("out.csv").read_text() == "edited by hand"
 
 
+def change_a_value(path):
+    with h5py.File(path, "r+") as file:
+        file["text"][()] = "two"
+
+
+def append(path):
+    with path.open("ab") as file:
+        file.write(b"more")
+
+
+@pytest.mark.parametrize("edit", [change_a_value, append])
+def test_an_h5_that_was_edited_is_no_longer_handcleans(inputs, run, edit):
+    paths = inputs(a="one")
+    output = Path("out.h5")
+    run(*paths, output=str(output))
+    edit(output)
+    before = output.read_bytes()
+    for seed in (0, 1):
+        status, (o,), _ = run(*paths, output=str(output), seed=seed)
+        assert status == 1
+        assert "--overwrite replaces it" in o["error"]
+    assert output.read_bytes() == before
+    assert run(*paths, output=str(output), overwrite=True)[0] == 0
+    assert run(*paths, output=str(output))[1][0]["status"] == "skipped"
+
+
+def test_an_h5_without_a_seal_is_made_anew(inputs, run):
+    paths = inputs(a="one")
+    run(*paths, output="out.h5")
+    with h5py.File("out.h5", "r+") as file:
+        del file["sha256"]
+    assert run(*paths, output="out.h5")[1][0]["status"] == "done"
+    assert run(*paths, output="out.h5")[1][0]["status"] == "skipped"
+
+
 @pytest.mark.parametrize("make", [os.mkdir, os.mkfifo], ids=["folder", "pipe"])
 def test_an_output_that_is_no_file_is_refused(inputs, run, make):
     inputs(a="one")

@@ -1,14 +1,14 @@
 """A step that does what its input says: counts its words, or fails in some way."""
 
-import json
 import os
 import signal
 import time
 from pathlib import Path
 
-import h5py
-
 from handclean.errors import FileError
+from handclean.io.h5 import write_h5
+from handclean.io.parts import Part
+from handclean.io.provenance import provenance_item
 from handclean.pipeline import chance
 from handclean.pipeline.outcome import Outcome
 
@@ -28,9 +28,8 @@ def tally(source, settings):
 
     def write(path, provenance):
         if path.suffix == ".h5":
-            with h5py.File(path, "w") as file:
-                file["provenance"] = [json.dumps(entry) for entry in provenance]
-                file["text"] = text
+            items = {**provenance_item(provenance), "text": text}
+            write_h5(path, "tally", Part(items=items))
             return None
         path.write_text(text.upper())
         if words[:1] == ["linger"]:
