@@ -1,6 +1,5 @@
 """Which raw point is which marker: the entry of labelling."""
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +15,7 @@ from handclean.labels.models import sought
 from handclean.labels.points import Cloud, cloud_of
 from handclean.labels.pursue import first_fit, pursue
 from handclean.labels.settings import LabelConfig
+from handclean.labels.size import unit_hint
 from handclean.recording import (
     Event,
     Origin,
@@ -71,7 +71,7 @@ def label(
     Raises
     ------
     HandcleanError
-        If the hand is found nowhere in the take.
+        If the hand is found nowhere in the take, or cannot be followed anywhere.
     """
     settings, solving = settings or LabelConfig(), SolveConfig()
     cloud = cloud_of(recording)
@@ -79,12 +79,22 @@ def label(
     rules = rules_of(settings, solving, recording.rate)
     found = first_fit(cloud, thing, rules, settings, solving)
     if found is None:
-        raise HandcleanError(
-            f"take: the hand of '{subject.name}' is in none of its frames; "
+        right = unit_hint(cloud, subject.model) or (
             f"at least {max(4, len(thing.sigma) // 2)} of its {len(thing.sigma)} "
             "markers should be in view at once"
         )
+        raise HandcleanError(
+            f"take: the hand of '{subject.name}' is in none of its frames; {right}"
+        )
     trace = pursue(cloud, found, rules, settings, solving)
+    if not trace.known.any():
+        right = unit_hint(cloud, subject.model) or (
+            "is it this hand, with these markers, and is the unit of length right?"
+        )
+        raise HandcleanError(
+            f"take: the hand of '{subject.name}' could be followed in none of its "
+            f"{cloud.frames} frames; {right}"
+        )
     return _result(recording, cloud, found, trace)
 
 
@@ -131,9 +141,7 @@ def _result(
         labelled=len(rows),
         unlabelled=int(free.sum()),
         refused=int((trace.fate == REFUSED).sum()),
-        rms_m=float(np.sqrt(np.nanmean(trace.rms**2)))
-        if trace.known.any()
-        else math.nan,
+        rms_m=float(np.sqrt(np.nanmean(trace.rms**2))),
         mean_confidence=float(trace.sure[has].mean()) if has.any() else 0.0,
     )
     out = replace(

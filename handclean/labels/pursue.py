@@ -35,6 +35,11 @@ EFFORTS = ((4, 0, 8), (36, 30, 30))
 """Postures, orientations, and how many of them are bent: at first, and when needed."""
 
 
+HOPELESS = 4
+"""How many times longer each step to the next search is while no search found the hand
+anywhere: neither those of `first_fit`, nor those since."""
+
+
 def first_fit(
     cloud: Cloud,
     thing: Sought,
@@ -93,7 +98,11 @@ def pursue(
     settings: LabelConfig,
     solving: SolveConfig,
 ) -> Trace:
-    """Follow a model from where it was found to both ends of the take."""
+    """Follow a model from where it was found to both ends of the take.
+
+    Where it was not found well, and nothing could be followed from there, it is looked
+    for in few more frames (see `HOPELESS`).
+    """
     thing = found.thing
     most = max(int(rules.patience), 1)
     kit = kit_of(thing, rules, solving)
@@ -119,10 +128,13 @@ def pursue(
             if here is not None and not good(here):
                 here = None
             if here is None:
-                stride = min(stride + 1, most)
+                hopeless = not (good(found) or trace.known.any())
+                stride = HOPELESS * stride if hopeless else min(stride + 1, most)
                 first = min(first + stride, stop) if by > 0 else max(first - stride, -1)
             else:
                 stride = 1
+    if not trace.known.any():
+        return trace
     repair(ways, thing, kit, settings, solving, trace)
     _review(cloud, after, before, kit, trace)
     return trace

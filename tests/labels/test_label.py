@@ -1,5 +1,6 @@
 """Labelling: right names, nothing lost, whatever the order, the room or the ghosts."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from handclean.errors import HandcleanError
+from handclean.labels import pursue
+from handclean.labels.align import search
 from handclean.labels.label import label
+from handclean.labels.points import cloud_of
+from handclean.labels.settings import LabelConfig
+from handclean.labels.size import unit_hint
 from handclean.recording import Origin, Points, Recording
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate
@@ -132,6 +138,54 @@ def test_a_take_without_the_hand_is_refused_in_one_line(trial, rng):
     with pytest.raises(HandcleanError, match="hand") as caught:
         label(take, trial.subject)
     assert "\n" not in str(caught.value)
+
+
+def resized(subject, factor):
+    """The same hand and markers, larger or smaller, as sure of itself as before."""
+    tree = subject.model.tree
+    tree = replace(tree, offsets=factor * tree.offsets, scale=factor * tree.scale)
+    model = replace(subject.model, tree=tree, at=factor * subject.model.at)
+    return replace(subject, model=model, calibrated=True)
+
+
+@pytest.mark.filterwarnings("error")
+def test_another_persons_subject_is_refused_after_few_searches(trial, monkeypatch):
+    efforts = []
+
+    def counted(*given, **more):
+        efforts.append(more["keep"])
+        return search(*given, **more)
+
+    monkeypatch.setattr(pursue, "search", counted)
+    with pytest.raises(HandcleanError, match=r"in none of its .* frames; is"):
+        label(trial.unlabelled, resized(trial.subject, 1.5))
+    tried = 2 * LabelConfig().start_frames
+    further = 2 * np.log(trial.unlabelled.frames) / np.log(pursue.HOPELESS)
+    assert tried < len(efforts) <= tried + further + 2
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e2, 10.0, 0.1, 0.01, 1e-3])
+def test_a_wrong_unit_is_told_by_the_size_of_the_points(trial, factor):
+    points = trial.unlabelled.unlabelled
+    points = replace(points, positions=factor * points.positions)
+    cloud = cloud_of(replace(trial.unlabelled, unlabelled=points))
+    hint = unit_hint(cloud, trial.subject.model)
+    assert re.fullmatch(
+        r"the points .* span .* m: is the unit right\? \(--unit\)", hint
+    )
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.0, 1.6])
+def test_hands_of_any_size_are_not_taken_for_another_unit(trial, factor):
+    model = resized(trial.subject, factor).model
+    assert unit_hint(cloud_of(trial.unlabelled), model) == ""
+
+
+def test_a_take_in_another_unit_is_refused_with_both_sizes(trial):
+    points = trial.unlabelled.unlabelled
+    large = replace(points, positions=1e3 * points.positions)
+    with pytest.raises(HandcleanError, match=r"hand's span 0\.\d+ m.*--unit"):
+        label(replace(trial.unlabelled, unlabelled=large), trial.subject)
 
 
 @pytest.mark.parametrize("frames", [1, 2, 4, 5])

@@ -6,10 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from handclean.errors import HandcleanError, UsageError
+from handclean.errors import UsageError
 from handclean.gaps.settings import FillConfig
-from handclean.hand.marker_set import load_marker_set
-from handclean.hand.subject import template_subject
 from handclean.ik.settings import SolveConfig
 from handclean.io import files
 from handclean.io.prior import read_prior
@@ -284,12 +282,9 @@ def test_a_take_without_the_hand_fails_and_one_with_little_of_it_is_warned_of(
         assert any(f"{followed} of {frames} frames" in w for w in report.warnings)
 
 
-def test_a_take_that_was_followed_nowhere_is_not_done():
-    subject = template_subject(load_marker_set("maycock26"))
-    with pytest.raises(HandcleanError, match=r"^take: .* none of its 7 frames; "):
-        label.lost(subject, {"followed": 0, "frames": 7})
-    assert label.lost(subject, {"followed": 4, "frames": 7}) == ()
-    assert len(label.lost(subject, {"followed": 3, "frames": 7})) == 1
+def test_a_take_that_was_followed_in_few_frames_is_warned_of():
+    assert label.lost({"followed": 4, "frames": 7}) == ()
+    assert len(label.lost({"followed": 3, "frames": 7})) == 1
 
 
 def misspelt(simulated, folder):

@@ -25,7 +25,7 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
     labelled, labels = label(
         recording, subject, prior=prior, settings=settings.label, name=name
     )
-    few = labelling.lost(subject, labelling.of_labels(labels))
+    few = labelling.lost(labelling.of_labels(labels))
     filled, gaps = fill(
         labelled,
         subject,

@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-from handclean.errors import HandcleanError
-from handclean.hand.subject import Subject
 from handclean.labels import label as labelling
 from handclean.labels.label import LabelFigures
 from handclean.labels.settings import LabelConfig
@@ -44,28 +42,16 @@ def label(source: Source, settings: LabelConfig) -> Outcome:
         figures,
         (
             *warnings,
-            *lost(subject, figures),
+            *lost(figures),
             *hands.remarks(subject),
             *solve.doubts(labelled, {name: subject}),
         ),
     )
 
 
-def lost(subject: Subject, figures: Mapping[str, Any]) -> tuple[str, ...]:
-    """Say that the hand was followed in few frames.
-
-    Raises
-    ------
-    HandcleanError
-        If it was followed in none; such a take is not done.
-    """
+def lost(figures: Mapping[str, Any]) -> tuple[str, ...]:
+    """Say that the hand was followed in few frames."""
     followed, frames = figures["followed"], figures["frames"]
-    if not followed:
-        raise HandcleanError(
-            f"take: the hand of '{subject.name}' could be followed in none of its "
-            f"{frames} frames; is it this hand, with these markers, and is the unit "
-            "of length right?"
-        )
     if followed >= ENOUGH * frames:
         return ()
     return (

@@ -7,6 +7,8 @@ import numpy as np
 from handclean.hand.subject import Subject
 from handclean.ik.plausible import remark
 from handclean.ik.solve import solve as solve_take
+from handclean.labels.points import cloud_of
+from handclean.labels.size import unit_hint
 from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Solving
@@ -27,7 +29,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
     recording = sessions.read(source)
     warnings = sessions.traps(source, recording)
     prior = None if settings.standard else hands.prior(source)
-    found = hands.subjects(source)
+    found = hands.subjects(source, marked=True)
     names.expect_any(recording, found)
     misspelt = names.remarks(recording, found)
     for name, subject in found.items():
@@ -50,8 +52,15 @@ def solve(source: Source, settings: Solving) -> Outcome:
 
 
 def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
-    """Say which solved hands hardly look like the subject they were solved with."""
-    words = (remark(recording, subject, name) for name, subject in found.items())
+    """Say which solved hands hardly look like the subject they were solved with.
+
+    And whether the unit of length may be the reason.
+    """
+    words = []
+    for name, subject in found.items():
+        text = remark(recording, subject, name)
+        if text:
+            words += [text, unit_hint(cloud_of(recording), subject.model)]
     return tuple(text for text in words if text)
 
 
