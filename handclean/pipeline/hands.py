@@ -11,18 +11,22 @@ from handclean.hand.subject import Subject, template_subject
 from handclean.ik.prior import PosturePrior
 from handclean.io.prior import read_prior
 from handclean.io.subject import read_subject
-from handclean.pipeline import record
+from handclean.pipeline import needs, record
 from handclean.pipeline.batch import Batch, Source
 
 
-def check(batch: Batch) -> None:
+def check(batch: Batch, *, marked: bool = False) -> None:
     """Look at what the command line says of hands before anything is done with it.
+
+    Parameters
+    ----------
+    marked : whether subjects should have markers.
 
     Raises
     ------
     UsageError
-        If a subject, the marker set or the prior is not there or not one, or if two
-        subjects are of the same side.
+        If a subject, the marker set or the prior is not there or not one, if two
+        subjects are of the same side, or if one has no markers and should.
     """
     found = []
     for path in batch.subjects:
@@ -30,6 +34,8 @@ def check(batch: Batch) -> None:
             record.digest(path)
             found.append((path, read_subject(path)))
     _of_side(found, batch.side)
+    if marked:
+        _expect_markers(found)
     if batch.marker_set:
         with _usage("--marker-set"):
             load_marker_set(batch.marker_set)
@@ -50,16 +56,20 @@ def _usage(option: str) -> Iterator[None]:
         raise UsageError(place + text) from None
 
 
-def subjects(source: Source) -> Mapping[str, Subject]:
+def subjects(source: Source, *, marked: bool = False) -> Mapping[str, Subject]:
     """Subjects by the name of their skeleton and motion: "right", "right_2".
 
     Without a subject file the template hand wears the marker set.
 
+    Parameters
+    ----------
+    marked : whether they should have markers.
+
     Raises
     ------
     UsageError
-        If neither is given, none of the subjects is of the side asked for, or two are
-        of the same side.
+        If neither is given, none of the subjects is of the side asked for, two are
+        of the same side, or one has no markers and should.
     HandcleanError
         If a file is not what it should be.
     """
@@ -68,6 +78,8 @@ def subjects(source: Source) -> Mapping[str, Subject]:
     else:
         read = [(path, read_subject(path)) for path in source.subjects]
         found = _of_side(read, source.side)
+        if marked:
+            _expect_markers(read)
     named: dict[str, Subject] = {}
     for subject in found:
         name = subject.model.tree.side or subject.model.tree.kind
@@ -95,15 +107,23 @@ def _of_side(found: Sequence[tuple[Path, Subject]], side: str) -> list[Subject]:
     return [subject for _, subject in found]
 
 
+def _expect_markers(found: Sequence[tuple[Path, Subject]]) -> None:
+    """Expect markers on every subject; those of a scan have none yet."""
+    for path, subject in found:
+        if not subject.model.labels:
+            right = f"calibrate-hand markers --subject {path} finds them"
+            raise UsageError(f"{path}: has no markers; {right}")
+
+
 def only_subject(source: Source) -> tuple[str, Subject]:
-    """Return the only subject, and its name as in `subjects`.
+    """Return the only subject, with markers, and its name as in `subjects`.
 
     Raises
     ------
     UsageError
         If there are several; and as `subjects`.
     """
-    found = list(subjects(source).items())
+    found = list(subjects(source, marked=True).items())
     if len(found) > 1:
         raise UsageError(
             f"--subject: {len(found)} hands cannot be labelled at once yet; "
@@ -136,10 +156,7 @@ def prior(source: Source) -> PosturePrior:
 
 def _template(source: Source) -> Subject:
     if not source.marker_set:
-        raise UsageError(
-            "--subject: is missing; 'handclean calibrate-hand markers' makes one, "
-            "or --marker-set puts markers on the template hand"
-        )
+        raise UsageError(needs.NO_HAND)
     marker_set = load_marker_set(source.marker_set)
     if source.side == "both":
         raise UsageError("--side both: needs a --subject for each hand")

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 from handclean.errors import UsageError
-from handclean.pipeline import manifest, plan, require
+from handclean.pipeline import manifest, needs, plan, require
 from handclean.pipeline.batch import Batch, Report, Task, Work
 from handclean.pipeline.console import Console
 from handclean.pipeline.execute import execute, figures_of
@@ -40,7 +40,7 @@ def run(work: Work, batch: Batch, suffixes: Collection[str] = plan.RECORDINGS) -
     """
     lines = plan.lines_of(batch)
     tasks = plan.mapping(batch, lines, suffixes)
-    _check_hands(batch)
+    _check_hands(work, batch, tasks)
     lines = tuple(manifest.shard(lines, batch.shard))
     return run_tasks(work, batch, manifest.shard(tasks, batch.shard), lines)
 
@@ -60,7 +60,7 @@ def reduce(
     beside : further outputs.
     """
     task = plan.reducing(batch, plan.lines_of(batch), suffixes, beside)
-    _check_hands(batch)
+    _check_hands(work, batch, [task])
     return run_tasks(work, batch, [task], ())
 
 
@@ -105,10 +105,12 @@ def _nothing(batch: Batch) -> str:
     return f"{where}: the manifest lists no takes\n"
 
 
-def _check_hands(batch: Batch) -> None:
+def _check_hands(work: Work, batch: Batch, tasks: Sequence[Task]) -> None:
     """Find what is wrong with subjects, marker set and prior before the first input."""
+    needs.expect(work, tasks)
     if batch.subjects or batch.marker_set or "prior" in batch.files:
-        import_module("handclean.pipeline.hands").check(batch)  # late: it is heavy
+        hands = import_module("handclean.pipeline.hands")  # late: it is heavy
+        hands.check(batch, marked=work.command in needs.HAND)
 
 
 def _unmet(conditions: Sequence[Condition], report: Report) -> list[str]:

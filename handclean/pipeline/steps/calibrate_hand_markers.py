@@ -8,7 +8,7 @@ from handclean.errors import UsageError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import Subject
 from handclean.io.subject import read_subject, write_subject
-from handclean.pipeline import names, sessions
+from handclean.pipeline import names, needs, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Calibrating
 from handclean.pipeline.outcome import Entry, Outcome
@@ -46,9 +46,7 @@ def calibrate_hand_markers(
     sets = {source.marker_set for source in sources}
     sides = {source.side for source in sources}
     if sets == {""}:
-        raise UsageError(
-            "--marker-set: is missing; it says what the markers are called"
-        )
+        raise UsageError(needs.NO_MARKER_SET)
     if len(sets) > 1 or len(sides) > 1:
         raise UsageError("--manifest: all takes should be of one marker set and side")
     (name,) = sets

@@ -28,7 +28,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
     recording = sessions.read(source)
     warnings = sessions.traps(source, recording)
     prior = hands.prior(source)
-    found = hands.subjects(source)
+    found = hands.subjects(source, marked=True)
     names.expect_any(recording, found)
     misspelt = names.remarks(recording, found)
     parts = []
