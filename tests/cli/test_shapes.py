@@ -63,6 +63,30 @@ def test_a_motion_wears_the_subject_s_own_skin(handclean, moved):
     assert told.startswith("m.glb: glb, 5 frames at 50 Hz, a skinned right hand, 16 ")
 
 
+def test_a_skin_of_the_other_hand_is_refused_and_one_of_another_person_told(
+    handclean, moved
+):
+    tree, poses = moved
+    write_take(Path("m.h5"), tree, poses)
+    eight = load_marker_set("schroeder8")
+    for name, side, length_m in (("left", "left", 0.19), ("large", "right", 0.21)):
+        subject = template_subject(eight, side, length_m=length_m)
+        skin = template_surface(subject.model.tree, coarse=True)
+        write_subject(Path(f"{name}.h5"), replace(subject, surface=skin))
+    done = handclean("convert", "m.h5", "-o", "m.glb", "--subject", "left.h5")
+    assert done.returncode == 2
+    assert done.stderr == (
+        "m.h5: has the motion of right, but --subject is left; "
+        "it should be the subject of right\n"
+    )
+    assert not Path("m.glb").exists()
+    done = handclean("convert", "m.h5", "-o", "m.glb", "--subject", "large.h5")
+    assert done.returncode == 0
+    assert "--subject 'template' is hardly the right hand of this take" in done.stderr
+    both = ("--subject", "large.h5", "--subject", "left.h5", "--overwrite")
+    assert handclean("convert", "m.h5", "-o", "m.glb", *both).returncode == 0
+
+
 def test_a_skinned_hand_becomes_a_subject_and_goes_out_again(handclean):
     tree = template("left")
     write_hand(Path("hand.glb"), tree, template_surface(tree, coarse=True))

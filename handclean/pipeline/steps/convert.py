@@ -1,7 +1,7 @@
 """Any format in, any format out."""
 
 from handclean.io.keeps import kept
-from handclean.pipeline import hands, sessions, shapes
+from handclean.pipeline import sessions, shapes, skins
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Converting
 from handclean.pipeline.outcome import Outcome
@@ -34,13 +34,14 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
     recording = sessions.read(source)
     figures = contents(kept(recording, source.target))
     surfaces = None
+    odd: tuple[str, ...] = ()
     if source.target == ".glb" and source.subjects:
-        surfaces = sessions.surfaces(hands.subjects(source))
+        surfaces, odd = skins.worn(source, recording)
     return sessions.outcome(
         recording,
         in_words(figures),
         figures,
-        sessions.traps(source, recording),
+        (*sessions.traps(source, recording), *odd),
         surfaces,
     )
 
