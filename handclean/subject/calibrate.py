@@ -24,6 +24,7 @@ from handclean.hand.template import template
 from handclean.recording import Recording
 from handclean.subject import findings, judge
 from handclean.subject.adjust import Adjusted, Known, Problem, adjust, residuals
+from handclean.subject.alike import words_on_takes
 from handclean.subject.findings import CalibrationReport
 from handclean.subject.frames import (
     LEAST_FRAMES,
@@ -129,6 +130,7 @@ def calibrate(
     if aside.any():
         learned = task.learn(frames, learned.adjusted.shape)
     words = [
+        *words_on_takes(task.template, every),
         *findings.words_on_markers(
             marker_set.labels, every, learned.candidates, learned.fit
         ),

@@ -101,7 +101,9 @@ def words_on_markers(
         odd = np.flatnonzero(fit.doubtful[:, m])
         if len(odd):
             take, frame = looked_at.take[odd[0]], looked_at.frame[odd[0]]
-            where = f"frame {frame + 1}" + (f" of take {take + 1}" if take else "")
+            where = f"frame {frame + 1}" + (
+                f" of take {take + 1}" if len(every.rates) > 1 else ""
+            )
             words.append(
                 f"{label} does not fit the other markers in {len(odd)} of "
                 f"{len(looked_at)} frames looked at, first in {where}: are it and its "

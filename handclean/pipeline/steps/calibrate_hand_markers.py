@@ -1,6 +1,7 @@
 """A subject from labelled range-of-motion takes of one hand."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -99,9 +100,24 @@ def calibrate_hand_markers(
     return Outcome(
         line=line,
         figures={**figures, **scan_figures},
-        warnings=(*scan_words, *report.warnings, *more),
+        warnings=tuple(
+            with_files(words, sources) for words in (*scan_words, *report.warnings)
+        )
+        + tuple(more),
         writers=(write,),
     )
+
+
+def with_files(words: str, sources: Sequence[Source]) -> str:
+    """Put names of files for "take 1", "take 2" where there are several takes."""
+    if len(sources) < 2:
+        return words
+
+    def name(found: re.Match[str]) -> str:
+        number = int(found[1])
+        return sources[number - 1].name if 0 < number <= len(sources) else found[0]
+
+    return re.sub(r"\btake (\d+)\b", name, words)
 
 
 def _scanned(sources: tuple[Source, ...]) -> Subject | None:
