@@ -66,6 +66,7 @@ class Source:
     number : which one of those that are made from it, or None.
     sha256 : digest of its bytes where that has been taken, else "".
     target : suffix of the first output, "" while that is not known.
+    at : where a manifest names it, "takes.csv, line 3", or "".
     """
 
     path: Path
@@ -81,6 +82,7 @@ class Source:
     seed: int = 0
     sha256: str = ""
     target: str = ""
+    at: str = ""
 
     @property
     def name(self) -> str:

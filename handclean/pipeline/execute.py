@@ -1,21 +1,24 @@
 """Do one task and say how it went; whatever goes wrong, it is a report."""
 
+import glob
 import time
 import traceback
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import threadpoolctl
 
-from handclean.errors import HandcleanError
+from handclean.errors import FileError, HandcleanError
 from handclean.pipeline import interrupts, outputs, record, require
 from handclean.pipeline.batch import Report, Source, Task, Work
 from handclean.pipeline.notice import Notice, silent, watching
 from handclean.pipeline.outcome import Outcome
 from handclean.pipeline.outputs import State
-from handclean.pipeline.plan import files_of
+from handclean.pipeline.plan import RECORDINGS, files_of
 
 Step = Callable[[Any, Any], Outcome]
 
@@ -52,14 +55,26 @@ def figures_of(work: Work) -> dict[str, str]:
 
 
 def _placed(task: Task, text: str) -> str:
-    """Let an error that names no file of the task begin with its input."""
+    """Let an error that names no file of the task begin with its input.
+
+    What is wrong with another file that a line of a manifest gives, or with what that
+    line does not give, names input and line.
+    """
     where = task.sources[0].name
     if text.startswith("take: "):
         return where + text.removeprefix("take")
-    files = [path for source in task.sources for path in files_of(source).values()]
-    if any(str(path) in text for path in [*files, *task.outputs]):
+    if any(str(path) in text for path in [*_inputs(task), *task.outputs]):
         return text
-    return f"{where}: {text}"
+    for source in task.sources:
+        others = [str(p) for p in files_of(source).values() if p != source.path]
+        if source.at and any(path in text for path in [*others, "--subject: "]):
+            return f"{source.name}: {text} ({source.at})"
+    files = [path for source in task.sources for path in files_of(source).values()]
+    return text if any(str(path) in text for path in files) else f"{where}: {text}"
+
+
+def _inputs(task: Task) -> list[Path]:
+    return [source.path for source in task.sources]
 
 
 def _failed(error: str, **parts: Any) -> Report:
@@ -67,6 +82,8 @@ def _failed(error: str, **parts: Any) -> Report:
 
 
 def _do(work: Work, task: Task, notice: Notice) -> Report:
+    for path in (s.path for s in task.sources if s.is_file):
+        _expect_file(path)
     if not task.outputs:
         outcome = _outcome(work, task, notice)
         return _done(record.plain(outcome.figures), outcome)
@@ -95,6 +112,26 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
     entry = record.finished(begun, outcome)
     lost = outputs.write(task, outcome, entry)
     return _done(entry["figures"], outcome, lost)
+
+
+def _expect_file(path: Path) -> None:
+    """Expect no folder and no pattern where a file should be named.
+
+    Raises
+    ------
+    FileError
+        If it is one.
+    """
+    if path.is_dir():
+        some = Counter(p.suffix for p in path.iterdir() if p.suffix in RECORDINGS)
+        suffix = min(some, key=lambda s: (-some[s], s), default=".c3d")
+        right = f"give its files, such as {path / '*'}{suffix}"
+        raise FileError(path, "is a folder", right)
+    if glob.has_magic(str(path)) and not path.exists():
+        count = len(glob.glob(str(path)))
+        right = f"without quotes it is the {count} files that match it"
+        right = right if count else "as a pattern it matches none either"
+        raise FileError(path, "no such file", right)
 
 
 def _done(

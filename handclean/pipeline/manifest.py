@@ -12,7 +12,8 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeVar
 
@@ -23,16 +24,23 @@ T = TypeVar("T")
 COLUMNS = ("input", "output", "subject", "marker_set", "side")
 SIDES = ("left", "right", "both")
 
+MISSPELT = 0.75
+"""Share of a column's name that has to be right for it to be meant."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One input and what its line says about it; None or empty where it is silent."""
+    """One input and what its line says about it; None or empty where it is silent.
+
+    ``at`` is where it stands: "takes.csv, line 3", "" on the command line.
+    """
 
     input: Path
     output: str = ""
     subjects: tuple[Path, ...] = ()
     marker_set: str = ""
     side: str = ""
+    at: str = field(default="", compare=False)
 
 
 def read(name: str) -> tuple[Line, ...]:
@@ -54,8 +62,24 @@ def read(name: str) -> tuple[Line, ...]:
     header = [cell.strip() for cell in next(csv.reader([first]))]
     if "input" in header:
         return tuple(_table(where, text, header))
+    _expect_no_header(where, header)
     lines = (line.removesuffix("\r") for line in text.split("\n"))
     return tuple(Line(input=Path(line)) for line in lines if line.strip())
+
+
+def _expect_no_header(where: str, cells: list[str]) -> None:
+    """Expect that a first line is a path, not a header without ``input``."""
+    if len(cells) < 2 or not any(map(_like_a_column, cells)):
+        return
+    for cell in cells:
+        if cell not in COLUMNS:
+            raise UnknownSettingError(where, "column", cell, COLUMNS)
+    raise UsageError(f"{where}: has no column 'input'; its header should name one")
+
+
+def _like_a_column(cell: str) -> bool:
+    """Whether a cell is the name of a column, perhaps misspelt."""
+    return bool(get_close_matches(cell.casefold(), COLUMNS, n=1, cutoff=MISSPELT))
 
 
 def _text(name: str, where: str) -> str:
@@ -111,6 +135,7 @@ def _line(where: str, cells: dict[str, str]) -> Line:
         subjects=tuple(Path(name) for name in subjects if name),
         marker_set=cells.get("marker_set", ""),
         side=side,
+        at=where,
     )
 
 

@@ -107,10 +107,10 @@ def _nothing(batch: Batch) -> str:
 
 def _check_hands(work: Work, batch: Batch, tasks: Sequence[Task]) -> None:
     """Find what is wrong with subjects, marker set and prior before the first input."""
-    needs.expect(work, tasks)
     if batch.subjects or batch.marker_set or "prior" in batch.files:
         hands = import_module("handclean.pipeline.hands")  # late: it is heavy
         hands.check(batch, marked=work.command in needs.HAND)
+    needs.expect(work, tasks)
 
 
 def _unmet(conditions: Sequence[Condition], report: Report) -> list[str]:

@@ -164,6 +164,7 @@ def _source(batch: Batch, line: Line) -> Source:
         lenient=batch.lenient,
         files=batch.files,
         seed=batch.seed,
+        at=line.at,
     )
 
 

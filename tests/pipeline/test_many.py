@@ -429,6 +429,37 @@ def test_a_wrong_hand_is_wrong_usage_before_anything_is_done(inputs, run, given,
     assert not Path("out").exists()
 
 
+def test_what_is_wrong_with_a_row_of_a_manifest_names_its_take_and_its_line(
+    inputs, run
+):
+    inputs(a="one", b="one")
+    Path("l.csv").write_text("input,subject\nin/a.txt,\nin/b.txt,none.h5\n")
+    status, objects, _ = run(manifest="l.csv", output="out")
+    assert status == 1
+    assert [o["error"] for o in objects] == [
+        None,
+        "in/b.txt: none.h5: no such file (l.csv, line 3)",
+    ]
+
+
+@pytest.mark.parametrize("suffixes", [(".csv", ".h5"), ()], ids=["writes", "tells"])
+def test_a_folder_and_a_pattern_are_told_what_they_are(folder, run, suffixes):
+    Path("raw").mkdir()
+    for name in ("a.trc", "b.trc", "c.c3d", "d.txt"):
+        Path("raw", name).touch()
+    Path("none").mkdir()
+    given = [Path("raw"), Path("none"), Path("raw/*.csv"), Path("ra?/*.trc")]
+    settings = None if suffixes else "print"
+    status, objects, _ = run(*given, output="out", suffixes=suffixes, settings=settings)
+    assert status == 1
+    assert [o["error"] for o in objects] == [
+        "raw: is a folder; give its files, such as raw/*.trc",
+        "none: is a folder; give its files, such as none/*.c3d",
+        "raw/*.csv: no such file; as a pattern it matches none either",
+        "ra?/*.trc: no such file; without quotes it is the 2 files that match it",
+    ]
+
+
 def test_the_list_of_failed_inputs_never_overwrites_an_input(inputs, run):
     paths = inputs(a="one")
     with pytest.raises(UsageError, match="also an input"):

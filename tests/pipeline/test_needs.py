@@ -55,9 +55,9 @@ def test_a_subject_without_markers_is_found_before_the_first_input(command, bare
 
 @pytest.mark.parametrize("command", HAND)
 def test_a_subject_without_markers_of_a_manifest_fails_its_take_only(
-    command, bare, shared_take, capfd
+    command, bare, small_take, capfd
 ):
-    Path("list.csv").write_text(f"input,subject\n{shared_take},S.h5\n")
+    Path("list.csv").write_text(f"input,subject\n{small_take},S.h5\n")
     batch = Batch(manifest="list.csv", output="o", json=True, unit="mm")
     assert many.run(Work.of(command, batch, HAND[command]), batch) == 2
     out, err = capfd.readouterr()
@@ -65,8 +65,20 @@ def test_a_subject_without_markers_of_a_manifest_fails_its_take_only(
     assert "S.h5: has no markers; calibrate-hand markers --subject S.h5" in err
 
 
+def test_a_row_without_a_subject_where_others_have_one_names_take_and_line(
+    bare, small_take, capfd
+):
+    rows = f"input,subject,output\n{small_take},S.h5,1.h5\n{small_take},,2.h5\n"
+    Path("list.csv").write_text(rows)
+    batch = Batch(manifest="list.csv", output="o", json=True, unit="mm")
+    assert many.run(Work.of("label", batch, HAND["label"]), batch) == 2
+    _, second, *_ = capfd.readouterr().err.splitlines()
+    assert second.startswith("a.csv: --subject: is missing; ")
+    assert second.endswith(" (list.csv, line 3)")
+
+
 @pytest.fixture
-def shared_take(bare):
+def small_take(bare):
     """A take, small and of no use."""
     Path("a.csv").write_text("frame,time,A_x,A_y,A_z\n0,0.0,1,2,3\n1,0.01,1,2,3\n")
     return "a.csv"
