@@ -35,7 +35,7 @@ TOLD = 3
 """Landmarks a marker's place is told by."""
 
 _EDGE = 10.0  # [mm] that printers leave white
-_ROW, _GAP, _DOT = 4.4, 3.0, 2.2  # [mm]
+_ROW, _GAP, _DOT, _RULER = 4.4, 3.0, 2.2, 14.0  # [mm]
 _ASIDE = 0.5  # sine of the least angle between directions to landmarks
 _INCH = 25.4
 _INK, _RED = "#20242c", "#c8281e"
@@ -79,7 +79,7 @@ def placements(markers: Model, surface: Surface) -> list[Placement]:
         Placement(
             label=label,
             bone=markers.tree.bones[bone].replace("_", " "),
-            distances=_told(foot, marks),
+            distances=_told(foot, marks, markers.tree.bones[bone].split("_")[0]),
         )
         for label, bone, foot in zip(
             markers.labels, markers.bone, feet(markers, surface), strict=True
@@ -95,22 +95,23 @@ def feet(markers: Model, surface: Surface) -> Floats:
     return out
 
 
-def _told(foot: Floats, marks: Mapping[str, Floats]) -> tuple[tuple[str, float], ...]:
-    """The nearest landmarks, none in the direction of one that is nearer, or behind."""
-    names = sorted(marks, key=lambda name: float(np.linalg.norm(marks[name] - foot)))
+def _told(
+    foot: Floats, marks: Mapping[str, Floats], finger: str
+) -> tuple[tuple[str, float], ...]:
+    """The nearest landmark of the own finger, then the nearest in other directions."""
+    away = {name: float(np.linalg.norm(place - foot)) for name, place in marks.items()}
+    names = sorted(away, key=away.__getitem__)
+    own = [name for name in names if name.startswith(f"{finger}_")]
     chosen: list[str] = []
     ways: list[Floats] = []
     for aside in (_ASIDE, 0.0):
-        for name in names:
-            way = marks[name] - foot
-            size = float(np.linalg.norm(way))
-            unit = way / max(size, 1e-9)
+        for name in [*own[:1], *names]:
+            unit = (marks[name] - foot) / max(away[name], 1e-9)
             apart = all(np.linalg.norm(np.cross(unit, w)) >= aside for w in ways)
             if apart and name not in chosen and len(chosen) < TOLD:
                 chosen.append(name)
                 ways.append(unit)
-    found = [(name, float(np.linalg.norm(marks[name] - foot))) for name in chosen]
-    return tuple(sorted(found, key=lambda pair: pair[1]))
+    return tuple(sorted(((name, away[name]) for name in chosen), key=lambda p: p[1]))
 
 
 def write_sheet(
@@ -144,7 +145,7 @@ def write_sheet(
     fits = [
         name
         for name, page in PAGES.items()
-        if needed <= page[1] and size[0] + 2 * _EDGE <= page[0]
+        if needed <= page[1] and size[0] + 2 * _EDGE + _RULER <= page[0]
     ]
     name = fits[0] if fits else list(PAGES)[-1]
     wide, high = PAGES[name]
@@ -157,7 +158,8 @@ def write_sheet(
     _title(axes, title, lines, sides[0], high - _EDGE)
     _ruler(axes, sides[1], high - _EDGE - 100.0)
     numbers = {label: str(n) for n, label in enumerate(markers.labels, start=1)}
-    corner = 0.5 * (wide - size[0]), high - _EDGE
+    free = wide - 2 * _EDGE - _RULER - size[0]  # all of it on the thumb's side
+    corner = _EDGE + (free if thumb_left else _RULER), high - _EDGE
     _panel(axes, surface, looking(0.0, 0.0), markers, numbers, radius, corner)
     part, few = _thumb(surface, markers)
     if few.labels:
@@ -235,7 +237,9 @@ def _panel(
     tall, wide = (1e3 * PIXEL * size for size in picture.shape[:2])
     left, high = corner
     extent = (left, left + wide, high - tall, high)
-    axes.imshow(picture, extent=extent, interpolation="bilinear", zorder=0)
+    there = np.where((picture < 255).any(axis=2, keepdims=True), 255, 0)
+    clear = np.concatenate([picture, there.astype(np.uint8)], axis=2)
+    axes.imshow(clear, extent=extent, interpolation="bilinear", zorder=0)
     seen = surface.vertices @ view.T
     homes = (rest_joints(markers.tree)[markers.bone] + markers.at) @ view.T
     for label, home in zip(markers.labels, homes, strict=True):

@@ -82,12 +82,9 @@ def test_distances_are_those_from_the_landmarks():
     for one, home in zip(sheets.placements(model, surface), homes, strict=True):
         assert len(one.distances) == sheets.TOLD
         assert [d for _, d in one.distances] == sorted(d for _, d in one.distances)
-        nearest = min(
-            np.linalg.norm(place - home)
-            for name, place in marks.items()
-            if not name.endswith("_crease")
-        )
-        assert one.distances[0][1] <= nearest + 0.004
+        own = one.bone.split()[0]
+        assert own == "hand" or any(n.startswith(own) for n, _ in one.distances)
+        assert not any(name.endswith("_crease") for name, _ in one.distances)
         for name, size in one.distances:
             # The foot on the skin is some millimetres below the marker's middle.
             assert size == pytest.approx(np.linalg.norm(marks[name] - home), abs=6e-3)
