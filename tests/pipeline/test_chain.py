@@ -141,6 +141,22 @@ def test_the_chain_is_its_steps_one_after_the_other(simulated, cleaned, tmp_path
     )
 
 
+def test_names_a_take_had_before_labelling_are_said_not_to_be_kept(simulated, tmp_path):
+    take = files.read(simulated / "labelled" / "S01_001.c3d")
+    known = take.markers.labels
+    subject = read_subject(simulated / "subjects" / "S01.h5")
+    told = label.renamed(take, subject)
+    assert told == (
+        f"names the take had are not kept: its {len(known)} markers are named anew",
+    )
+    labels = ("elbow", *(f"x{i}" for i in range(4)), *known[5:])
+    other = replace(take, markers=replace(take.markers, labels=labels))
+    (told,) = label.renamed(other, subject)
+    few = "elbow, x0, x1, x2, ..."
+    assert told.endswith(f"5 other markers ({few}) are points without a name now")
+    assert label.renamed(files.read(simulated / "S01_001.c3d"), subject) == ()
+
+
 def test_comparing_with_the_truth_says_how_good_the_chain_is(simulated, cleaned):
     pair = (simulated / "truth" / "S01_001.h5", simulated / "cleaned.h5")
     task = Task(sources=tuple(Source(path=path) for path in pair), reduces=True)

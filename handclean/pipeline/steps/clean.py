@@ -51,6 +51,7 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
         figures,
         (
             *warnings,
+            *labelling.renamed(recording, subject),
             *few,
             *hands.remarks(subject),
             *solve.doubts(filled, {name: subject}),

@@ -3,13 +3,15 @@
 from collections.abc import Mapping
 from typing import Any
 
+from handclean.hand.subject import Subject
 from handclean.labels import label as labelling
 from handclean.labels.label import LabelFigures
 from handclean.labels.settings import LabelConfig
-from handclean.pipeline import hands, sessions
+from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.outcome import Outcome
 from handclean.pipeline.steps import solve
+from handclean.recording import Recording
 
 FIGURES = {
     "frames": "frames of the take",
@@ -42,11 +44,26 @@ def label(source: Source, settings: LabelConfig) -> Outcome:
         figures,
         (
             *warnings,
+            *renamed(recording, subject),
             *lost(figures),
             *hands.remarks(subject),
             *solve.doubts(labelled, {name: subject}),
         ),
     )
+
+
+def renamed(recording: Recording, subject: Subject) -> tuple[str, ...]:
+    """Say what becomes of the names that a take has already."""
+    has = names.labels_of(recording)
+    others = [label for label in has if label not in subject.model.labels]
+    if not has:
+        return ()
+    if not others:
+        told = f"its {len(has)} markers are named anew"
+    else:
+        few = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")
+        told = f"{len(others)} other markers ({few}) are points without a name now"
+    return (f"names the take had are not kept: {told}",)
 
 
 def lost(figures: Mapping[str, Any]) -> tuple[str, ...]:
