@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any, TextIO
 
@@ -13,8 +14,8 @@ class Console:
     """Tells how tasks went, in their order, and how far the run is.
 
     stdout has one line per input: its result, or with ``json`` one object, failed
-    ones too. stderr has errors, unless ``quiet`` also warnings, and progress when it
-    is a terminal.
+    ones too. stderr has errors, unless ``quiet`` also warnings, progress when it is a
+    terminal, and how it all went.
     """
 
     def __init__(self, batch: Batch, total: int) -> None:
@@ -57,6 +58,15 @@ class Console:
         """Write a line to stderr, clear of the progress."""
         clear = "\r\033[K" if self._moving else ""
         self._write(sys.stderr, clear + text)
+
+    def summarise(self, reports: Sequence[Report]) -> None:
+        """Say how many inputs were done, skipped and failed, if there were several."""
+        if self._quiet or len(reports) < 2:
+            return
+        counts = Counter(report.status for report in reports)
+        states = ("done", "skipped", "failed")
+        parts = [f"{counts[state]} {state}" for state in states if counts[state]]
+        self.note(", ".join(parts))
 
     def close(self) -> None:
         """Clear the progress away."""

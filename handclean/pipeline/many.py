@@ -93,6 +93,7 @@ def run_tasks(
         unlisted = _write_failed(batch.failed, tasks, lines, unfinished)
         if unlisted:
             console.note(unlisted)
+    console.summarise(list(reports.values()))
     status = _exit_status(list(reports.values()), met)
     return FAILED if unlisted and status != WRONG_USAGE else status
 

@@ -38,7 +38,7 @@ def test_each_input_gives_its_output_and_one_line(inputs, run):
     assert sorted(tree("out")) == [
         "a.csv", "a.csv.made.json", "b.csv", "b.csv.made.json",
     ]  # fmt: skip
-    assert err == ""
+    assert err == "2 done\n"
 
 
 def test_text_has_one_line_per_result(inputs, run):
@@ -49,7 +49,18 @@ def test_text_has_one_line_per_result(inputs, run):
     assert err.splitlines() == [
         "in/b.txt: is wrong; it should be right",
         "in/c.txt: warning: is odd",
+        "2 done, 1 failed",
     ]
+
+
+def test_a_last_line_says_how_many_inputs_went_how_unless_it_was_one(inputs, run):
+    paths = inputs(a="one", b="two", c="wrong")
+    run(paths[0], output="out/a.h5")
+    _, objects, err = run(*paths, output="out")
+    assert [o["status"] for o in objects] == ["skipped", "done", "failed"]
+    assert err.splitlines()[-1] == "1 done, 1 skipped, 1 failed"
+    assert run(*paths[:2], output="out", quiet=True)[2] == ""
+    assert run(paths[0], output="out")[2] == ""
 
 
 def test_what_a_format_cannot_hold_is_a_warning_and_again_on_a_rerun(inputs, run):
@@ -95,7 +106,7 @@ def test_whatever_happens_to_one_input_the_others_are_done(inputs, run):
     assert said["g"] == "out/g.csv: no space left on device"
     assert said["i"] == "out/i.csv: cannot hold this"
     assert said["none"] == "in/none.txt: no such file"
-    assert len(err.splitlines()) == 8
+    assert len(err.splitlines()) == 9
     assert "Traceback" not in err
     assert sorted(tree("out")) == [
         "a.csv", "a.csv.made.json", "h.csv", "h.csv.made.json",
@@ -321,7 +332,7 @@ def test_a_requirement_that_is_not_met_exits_3(inputs, run):
     status, objects, err = run(*paths, output="out", require=("words<=1", "words > 0"))
     assert status == 3
     assert len(objects) == 2
-    assert err == "in/b.txt: words is 2, required <= 1\n"
+    assert err == "in/b.txt: words is 2, required <= 1\n2 done\n"
     assert run(*paths, output="out", require=("words<=1",))[0] == 3, (
         "skipped counts too"
     )
@@ -347,7 +358,7 @@ def test_what_a_step_prints_does_not_meet_the_results(inputs, run):
     status, objects, err = run(*paths, output="out", jobs=2)
     assert status == 0
     assert len(objects) == 2
-    assert err == "noisenoise"
+    assert err == "noisenoise2 done\n"
 
 
 def test_a_step_without_outputs_writes_none(inputs, run):
