@@ -1,13 +1,18 @@
-"""How far one take is from another."""
+"""How far one take is from another, or one subject."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-from handclean.pipeline import sessions
+from handclean.errors import UsageError
+from handclean.io.subject import read_subject
+from handclean.pipeline import sessions, shapes
 from handclean.pipeline.batch import Source
 from handclean.pipeline.outcome import Outcome
+from handclean.recording import Recording
 from handclean.report import metrics
 from handclean.report.comparison import in_text
 from handclean.report.settings import CompareConfig
+from handclean.report.subjects import compare_subjects
 
 FIGURES = {
     "frames": "frames that were compared",
@@ -26,6 +31,12 @@ FIGURES = {
     "each has its name and a dot before, and angles_mean_deg is that of all",
     "*_deg": "mean absolute difference of a joint angle",
     "*root_*": "differences of the root",
+    "length_*_mm": "of two subjects: absolute differences of bone lengths",
+    "joint_*_mm": "distances of joints, hands laid onto each other in one posture",
+    "marker_*_mm": "distances of markers, likewise",
+    "length.*_mm": "length of the bone before a joint, the test's less the reference's",
+    "joint.*_mm": "distance of a joint",
+    "marker.*_mm": "distance of a marker",
     "missing": "markers and angles only the reference has",
     "extra": "markers and angles only the test has",
 }
@@ -33,15 +44,76 @@ FIGURES = {
 
 def compare(sources: tuple[Source, ...], settings: CompareConfig) -> Outcome:
     """Compare a test, the second source, with a reference, the first."""
-    reference, test = (sessions.read(source) for source in sources)
+    if any(are := [shapes.is_subject(source) for source in sources]):
+        if not all(are):
+            subject, take = sources if are[0] else sources[::-1]
+            raise UsageError(
+                f"{subject.name}: is a subject, but {take.name} is none; "
+                "two takes or two subjects can be compared"
+            )
+        return _subjects(sources)
+    (reference, test), odd = _read(sources)
     found = metrics.compare(reference, test, settings)
     figures = found.figures()
     return Outcome(
         line=in_words(figures),
         details=in_text(found),
         figures=figures,
-        warnings=found.warnings,
+        warnings=(*odd, *found.warnings),
     )
+
+
+def _subjects(sources: tuple[Source, ...]) -> Outcome:
+    found = compare_subjects(*(read_subject(source.path) for source in sources))
+    figures = found.figures()
+    words = [
+        f"{what} differ by {figures[f'{name}_mean_mm']:.2f} mm on average, "
+        f"{figures[f'{name}_max_mm']:.2f} mm at most"
+        for name, what in (
+            ("length", "bone lengths"),
+            ("joint", "joint places"),
+            ("marker", "marker places"),
+        )
+        if f"{name}_mean_mm" in figures
+    ]
+    return Outcome(line="; ".join(words), details=found.in_text(), figures=figures)
+
+
+_OPTIONS = (("rate_hz", "--rate"), ("unit", "--unit"))
+
+
+def _read(sources: tuple[Source, ...]) -> tuple[list[Recording], list[str]]:
+    """Read takes; the rate and the unit given are those of the files that say none.
+
+    Returns
+    -------
+    The takes, and which options no file needed, in words.
+
+    Raises
+    ------
+    UsageError
+        If a file needs what is not given.
+    """
+    takes: list[Recording] = []
+    idle = {name for name, _ in _OPTIONS if getattr(sources[0], name) is not None}
+    for source in sources:
+        for names in ((), ("unit",), ("rate_hz",), ("rate_hz", "unit")):
+            rate_hz = source.rate_hz if "rate_hz" in names else None
+            unit = source.unit if "unit" in names else None
+            try:
+                takes.append(sessions.read(replace(source, rate_hz=rate_hz, unit=unit)))
+            except UsageError:
+                if (rate_hz, unit) == (source.rate_hz, source.unit):
+                    raise
+                continue
+            idle -= set(names)
+            break
+    words = [
+        f"{option} is not heeded: both files say theirs"
+        for name, option in _OPTIONS
+        if name in idle
+    ]
+    return takes, words
 
 
 def in_words(figures: Mapping[str, float]) -> str:
