@@ -8,6 +8,9 @@ The papers have one h for the whole hand. Of the palm and the fingers that is al
 back of each bone; but the thumb's nail looks sideways, and skin of the thumb that looks
 where the hand's back does lies on its side. By default h is therefore the back of the
 vertex's own bone; ``back = "hand"`` goes by the papers' letter.
+
+Skin behind the wrist joint is the forearm's, whatever moves it in the mesh: nothing
+there is feasible.
 """
 
 from collections import Counter
@@ -56,6 +59,7 @@ def feasible(
         axis=1
     ) > settings.normal
     allowed &= ~np.isin(bone, [tree.bone(name) for name in settings.without_bones])
+    allowed &= surface.vertices[:, 1] > 0.0
     allowed &= ~_boxed(surface.vertices, tree, settings.without_boxes_m)
     if mask is not None:
         expect_shape("mask", mask, len(surface.vertices))
