@@ -15,7 +15,7 @@ from handclean.subject.settings import CalibrateConfig
 @options.batch(
     options.SOURCES,
     options.ONE_OUTPUT,
-    [options.subject, options.marker_set, options.side],
+    [options.subject, options.marker_set, options.one_side],
     options.TELLING,
 )
 def command(batch: Batch, settings: CalibrateConfig, name: str) -> int:

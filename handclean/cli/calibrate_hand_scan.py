@@ -24,7 +24,7 @@ from handclean.subject.scan.settings import ScanConfig
 @options.batch(
     [options.inputs, options.unit],
     options.ONE_OUTPUT,
-    [options.side],
+    [options.one_side],
     options.TELLING,
 )
 def command(batch: Batch, settings: ScanConfig, marks: Path | None, name: str) -> int:

@@ -23,7 +23,11 @@ def command(batch: Batch, reference: Path, test: Path, settings: CompareConfig) 
 
     \b
     Example:
-        handclean compare truth.h5 take_07.h5 --require "f1>=0.99"
+        handclean compare labelled/S01_001.c3d S01_001.h5 --require "f1>=0.99"
+        handclean compare truth/S01_001.h5 S01_001.h5
+
+    The first judges labels by what the cameras saw. A truth has hidden markers, too:
+    against it, each sample that no camera saw counts as missed.
     """
     batch = replace(batch, inputs=(reference, test))
     return many.reduce(Work.of("compare", batch, settings), batch, suffixes=())

@@ -24,7 +24,9 @@ def command(
 ) -> int:
     """Fill short gaps in marker trajectories.
 
-    Measured samples are never changed; filled samples are marked as filled.
+    A hand is always needed, as its posture tells what is missing: --subject, or
+    --marker-set for the template. Measured samples are never changed; filled samples
+    are marked as filled.
 
     \b
     Example:

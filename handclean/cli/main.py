@@ -37,7 +37,7 @@ COMMANDS = {
     "learn subspace": "Learn a posture prior from joint angles.",
     "optimize-layout": "Find the few markers that tell a motion best, or judge such "
     "layouts.",
-    "simulate": "Make takes with known truth.",
+    "simulate": "Make takes, scans and readings of gloves with known truth.",
     "compare": "Say how far a take is from a reference: labels, markers, joint angles.",
     "convert": "Convert takes from any format into any other.",
     "warm": "Compile and cache the kernels, once per installation.",

@@ -116,6 +116,11 @@ side = click.option(
     type=click.Choice(["left", "right", "both"]),
     help="Which hand it is.",
 )
+one_side = click.option(
+    "--side",
+    type=click.Choice(["left", "right"]),
+    help="Which hand it is.",
+)
 jobs = click.option(
     "-j",
     "--jobs",

@@ -23,16 +23,19 @@ from handclean.simulation.settings import SimulateConfig
     options.TELLING,
 )
 def command(batch: Batch, scenario: str, settings: SimulateConfig) -> int:
-    """Make takes with known truth.
+    """Make takes, scans and readings of gloves with known truth.
 
     SCENARIO is grasp, rom, free, demo, scan, glove, or a TOML file with a kind and
     settings. Into the folder OUT go what the cameras recorded (.c3d), the same with
-    labels (labelled/), the truth (truth/), and the subjects (subjects/); of glove, what
-    it read (.csv), the truth, and the subjects.
+    labels (labelled/), the truth (truth/), and the subjects (subjects/); of scan, what
+    the scanner saw (.ply), landmarks (landmarks/), the truth, and the subjects; of
+    glove, what it read (.csv), the truth, and the subjects.
 
     \b
     Example:
         handclean simulate grasp -o sim --trials 18 --subjects 18
+        handclean simulate scan -o scans
+        handclean simulate glove -o glove
     """
     if batch.output is None:
         raise UsageError("-o: is missing; it should name a folder")

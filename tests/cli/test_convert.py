@@ -68,7 +68,7 @@ def test_every_take_arrives_whatever_its_name_jobs_and_shards(handclean, take):
     two = handclean(*line, "-o", "two", "-j2", env=env)
     for part in ("1/2", "2/2"):
         handclean(*line, "-o", "parts", "--shard", part, env=env)
-    assert (one.returncode, one.stderr) == (0, "")
+    assert (one.returncode, one.stderr) == (0, "4 done\n")
     assert one.stdout.splitlines() == [
         f"{path} -> {str(path.with_suffix('.c3d')).replace('raw', 'one', 1)}: "
         "6 frames at 120 Hz, 3 markers"
@@ -278,7 +278,7 @@ def test_inspect_has_one_line_or_object_per_file(handclean, take):
         "a.h5", "b.c3d", "c.trc",
     ]  # fmt: skip
     assert "6 frames at 120 Hz, 3 markers" in done.stdout
-    assert done.stderr == "none.c3d: no such file\n"
+    assert done.stderr == "none.c3d: no such file\n3 done, 1 failed\n"
     done = handclean("inspect", *names, "--json", "--require", "gaps<=0")
     objects = [json.loads(line) for line in done.stdout.splitlines()]
     assert [o["status"] for o in objects] == ["done"] * 3 + ["failed"]

@@ -35,6 +35,22 @@ def test_help_of_a_command_agrees_with_the_list(call, command):
     assert f"handclean {command}" in out.split("Example", 1)[1], "has an example"
 
 
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("fill-gaps", "A hand is always needed"),
+        ("compare", "each sample that no camera saw counts as missed"),
+        ("simulate", "handclean simulate scan -o"),
+        ("simulate", "handclean simulate glove -o"),
+        ("calibrate-hand markers", "--side [left|right] "),
+        ("calibrate-hand scan", "--side [left|right] "),
+    ],
+)
+def test_help_says_what_a_command_needs_and_what_it_makes(call, command, said):
+    _, out, _ = call(*command.split(), "--help")
+    assert said in " ".join(out.split())
+
+
 def test_help_lists_every_command(call):
     status, out, _ = call("--help")
     assert status == 0
@@ -155,6 +171,7 @@ def test_the_first_run_says_that_it_compiles_and_the_second_does_not(
     env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     said = [handclean(*line, env=env) for _ in range(2)]
     assert [done.returncode for done in said] == [0, 0]
-    assert [done.stderr for done in said] == [f"{COMPILING}\n", ""]
+    count = "3 done\n" if jobs else ""
+    assert [done.stderr for done in said] == [f"{COMPILING}\n{count}", count]
     assert said[0].stdout.count("\n") == 1 + len(jobs)
     assert "compiling" not in said[0].stdout
