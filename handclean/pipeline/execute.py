@@ -129,7 +129,8 @@ def _expect_file(path: Path) -> None:
         raise FileError(path, "is a folder", right)
     if glob.has_magic(str(path)) and not path.exists():
         count = len(glob.glob(str(path)))
-        right = f"without quotes it is the {count} files that match it"
+        those = f"{count} files that match" if count > 1 else "one file that matches"
+        right = f"without quotes it is the {those} it"
         right = right if count else "as a pattern it matches none either"
         raise FileError(path, "no such file", right)
 
