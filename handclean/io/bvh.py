@@ -25,7 +25,7 @@ from handclean.io.rotations import (
     matrix_from_euler,
     matrix_from_quaternion,
 )
-from handclean.io.writing import held_poses, motions_of, rows, write_lines
+from handclean.io.writing import NO_TREE, held_poses, motions_of, rows, write_lines
 from handclean.recording import Recording
 from handclean.tree import MIRROR, JointTree
 
@@ -187,7 +187,8 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
         blocks.append(np.zeros((recording.frames, 6)))
     for name, motion in motions.items():
         if name not in recording.skeletons:
-            raise FileError(path, f"cannot be written: motion '{name}' has no skeleton")
+            wrong = f"cannot be written: motion '{name}' has no joint tree"
+            raise FileError(path, wrong, NO_TREE)
         tree = recording.skeletons[name]
         for hinge in tree.hinges:
             if hinge not in motion.names:

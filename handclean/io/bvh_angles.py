@@ -16,7 +16,7 @@ sides of a step, and those between two opposite steps, are left out of the resul
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,9 @@ from handclean.tree import JointTree
 MAX_SPEED = np.radians(1800.0)
 """[rad/s] faster steps of an angle are tracking errors, not fingers."""
 
+_SIZES = (0.4, 1.8)
+"""Sizes of hands against the template's; others are mistakes in a map's unit."""
+
 _MAX_JUMP_S = 0.6
 """[s] two opposite steps within this time are one excursion."""
 
@@ -53,6 +56,9 @@ class MappedMotion:
     rotation : (T, 3, 3) the hand's frame to the (right-handed) laboratory.
     translation : (T, 3) [m] the hand's root in the laboratory.
     fits : how well the hinges hold each bone's motion.
+    offsets : (B, 3) [m] from joint to joint in the zero posture, with the file's bone
+        lengths, in the frame of a hand of that side; as the tree's where unmapped.
+    size : the file's bones against those of the tree that the angles are of.
     """
 
     side: str
@@ -62,6 +68,8 @@ class MappedMotion:
     rotation: Floats
     translation: Floats
     fits: Mapping[str, BoneFit]
+    offsets: Floats
+    size: float
 
 
 def read_bvh_angles(
@@ -75,7 +83,8 @@ def read_bvh_angles(
     """Read a BVH file as the joint angles of a hand.
 
     What `handclean.io.bvh.write_bvh` wrote comes back as it was, every hand of it with
-    its joint tree. In other files angles are NaN and not trusted in frames beside and
+    its joint tree. Other files get the template hand with their bone lengths
+    (see `stand_in`); their angles are NaN and not trusted in frames beside and
     between tracking jumps; the events list them. Parameters ``BVH`` say what the hinges
     could not hold.
 
@@ -110,9 +119,11 @@ def read_bvh_angles(
         rotation=quaternion_from_matrix(mapped.rotation),
         trusted=trusted,
     )
+    tree = stand_in(mapped)
     recording = Recording(
         rate=rate,
         frames=bvh.frames,
+        skeletons={} if tree is None else {mapped.side: tree},
         motions={mapped.side: motion},
         events=tuple(
             Event(start=start, stop=stop, text="tracking jump, angles left out")
@@ -125,6 +136,12 @@ def read_bvh_angles(
         count = np.count_nonzero(mapped.jumps)
         traps.append(f"{count} frames beside or between tracking jumps are left out")
     traps += _not_held(mapped.fits)
+    if tree is not None:
+        traps.append(
+            "its joint tree has the file's bone lengths "
+            f"({100 * mapped.size:.0f} % of the template's) and the template's axes, "
+            "which the angles are about"
+        )
     length = f"{joint_map.unit_m:g} m"
     return Reading(recording=recording, unit=length, traps=tuple(traps))
 
@@ -227,6 +244,10 @@ def map_motion(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> MappedMo
     found = np.isfinite(angles).all(axis=0)
     flip = np.array([1.0, 1.0, -1.0 if joint_map.left_handed else 1.0])
     side = "left" if np.linalg.det(hand) * flip[2] > 0 else "right"
+    offsets = joint_map.unit_m * _offsets(bvh, tree, at, hand)
+    known = np.flatnonzero(np.isfinite(offsets[:, 0]))
+    size = _length(offsets[known]) / _length(tree.offsets[known])
+    offsets = np.where(np.isfinite(offsets), offsets, size * tree.offsets)
     places, turns = bvh.forward()
     columns = hand * (np.array([-1.0, 1.0, 1.0]) if side == "right" else 1.0)
     return MappedMotion(
@@ -237,7 +258,46 @@ def map_motion(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> MappedMo
         rotation=flip[:, None] * (turns[:, at[0]] @ columns),
         translation=joint_map.unit_m * flip * places[:, at[0]],
         fits=fits,
+        offsets=offsets * (np.array([-1.0, 1.0, 1.0]) if side == "right" else 1.0),
+        size=size,
     )
+
+
+def _length(offsets: Floats) -> float:
+    """How long bones are, all together."""
+    return float(np.linalg.norm(offsets, axis=1).sum())
+
+
+def _offsets(
+    bvh: BvhMotion, tree: JointTree, at: Mapping[int, int], hand: Floats
+) -> Floats:
+    """(B, 3) [unit of the file] from joint to joint in the zero posture, in S.
+
+    Joints on the hand are where the file has them, those of fingers as far as the file
+    has them in the tree's directions, which the angles are counted from; NaN unmapped.
+    """
+    out = np.full_like(tree.offsets, np.nan)
+    for b, joint in at.items():
+        up = int(tree.parents[b])
+        if b:
+            place = _mean_place(bvh, at[up], joint)
+            far = float(np.linalg.norm(place))
+            way = tree.offsets[b] / np.linalg.norm(tree.offsets[b])
+            out[b] = hand.T @ place if up == 0 else far * way
+    return out
+
+
+def stand_in(mapped: MappedMotion) -> JointTree | None:
+    """Return the hand that the angles are of: the template with the file's bones.
+
+    Its hinge axes are the template's, as those that the angles are about. None if the
+    map leaves some of its hinges out, or the size is no hand's.
+    """
+    low, high = _SIZES
+    tree = template(mapped.side)
+    if set(tree.hinges) - set(mapped.hinges) or not low < mapped.size < high:
+        return None
+    return replace(tree, offsets=mapped.offsets, scale=mapped.size)
 
 
 def _joints(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> dict[int, int]:

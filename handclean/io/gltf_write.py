@@ -30,7 +30,7 @@ from handclean.hand.surface import Surface, rest_joints, vertex_normals
 from handclean.hand.template import FINGERS, bone_frame, distal_length
 from handclean.hand.template_surface import template_surface
 from handclean.io.gltf_block import INDICES, VERTICES, Block, write_file
-from handclean.io.writing import held_poses, motions_of
+from handclean.io.writing import NO_TREE, held_poses, motions_of
 from handclean.recording import Recording
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
@@ -95,7 +95,8 @@ def write_glb(
     hands: list[SkinnedHand] = []
     for name, motion in motions.items():
         if name not in recording.skeletons:
-            raise FileError(path, f"cannot be written: motion '{name}' has no skeleton")
+            wrong = f"cannot be written: motion '{name}' has no joint tree"
+            raise FileError(path, wrong, NO_TREE)
         tree = recording.skeletons[name]
         for hinge in tree.hinges:
             if hinge not in motion.names:

@@ -12,6 +12,9 @@ from handclean.arrays import Bytes, Floats, expect_shape
 from handclean.errors import FileError
 from handclean.recording import Motion, Origin, Points, Recording
 
+NO_TREE = "'solve' gives it one; angles alone go into .h5, .csv or .mot"
+"""What to do where a format needs the bones that a motion moves."""
+
 
 class Columns(NamedTuple):
     """The marker columns of a take.

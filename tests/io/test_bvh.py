@@ -16,9 +16,9 @@ from handclean.errors import (
 )
 from handclean.hand.model import bone_rotations, joint_positions
 from handclean.hand.template import distal_length, template
-from handclean.io import rotations
+from handclean.io import files, rotations
 from handclean.io.bvh import BvhMotion, read_bvh, write_bvh
-from handclean.io.bvh_angles import map_motion, read_bvh_angles
+from handclean.io.bvh_angles import map_motion, read_bvh_angles, stand_in
 from handclean.io.joint_map import SHIPPED, JointMap, load_joint_map, shipped
 from handclean.recording import Motion, Recording, motion_from_poses
 
@@ -250,7 +250,7 @@ def test_what_cannot_be_written_is_an_error(rng, tmp_path):
     path = tmp_path / "a.bvh"
     with pytest.raises(FileError, match="no joint angles"):
         write_bvh(path, Recording(rate=1.0, frames=3))
-    with pytest.raises(FileError, match="no skeleton"):
+    with pytest.raises(FileError, match=r"no joint tree.*solve"):
         write_bvh(path, replace(take, skeletons={}))
     with pytest.raises(FileError, match="all missing"):
         write_bvh(path, a_take(tree, np.full((3, 27), np.nan)))
@@ -485,6 +485,39 @@ def test_rest_rotations_and_mirrored_axes_do_not_reach_the_angles(
     for fit in mapped.fits.values():
         assert fit.rms_deg < 1e-3
         assert fit.tilt_deg < 1e-3
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_foreign_hand_gets_a_tree_whose_joints_are_where_the_file_has_them(
+    side, mirrored, rng
+):
+    tree = template(side)
+    stretch = rng.uniform(0.8, 1.2, (len(tree.bones), 1))
+    stretch[tree.parents == 0] = 1.1
+    tree = replace(tree, offsets=stretch * tree.offsets)
+    poses = moving(rng, tree, 300)
+    bvh, joint_map = disguised(tree, poses, rng, mirrored=mirrored, split=False)
+    mapped = map_motion(bvh, joint_map, template("left"))
+    found = stand_in(mapped)
+    assert (found.side, found.hinges) == (side, tree.hinges)
+    np.testing.assert_allclose(found.offsets, tree.offsets, atol=1e-9)
+    again = np.column_stack([poses[:, :7], mapped.angles])
+    np.testing.assert_allclose(
+        joint_positions(found, again), joint_positions(tree, poses), atol=1e-6
+    )
+    assert stand_in(replace(mapped, size=10.0)) is None
+    assert stand_in(replace(mapped, hinges=mapped.hinges[1:])) is None
+
+
+@pytest.mark.parametrize("suffix", [".bvh", ".glb"])
+def test_a_foreign_files_motion_can_be_written_with_a_hierarchy(suffix, rng, tmp_path):
+    tree = template("right")
+    write_bvh(tmp_path / "a.bvh", a_take(tree, moving(rng, tree, 300)))
+    reading = read_bvh_angles(tmp_path / "a.bvh", foreign())
+    files.write(tmp_path / f"b{suffix}", reading.recording)
+    assert (tmp_path / f"b{suffix}").stat().st_size > 1000
+    assert any("the template's axes" in trap for trap in reading.traps)
 
 
 def test_rotation_that_hinges_cannot_hold_is_reported_where_it_is(rng):
