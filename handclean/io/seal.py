@@ -55,7 +55,9 @@ def intact(path: Path) -> bool | None:
         If it cannot be read.
     """
     with h5py.File(path, "r", locking=False) as file:
-        dataset = file.get(NAME)
+        if not isinstance(file.get(NAME, getlink=True), h5py.HardLink):
+            return None
+        dataset = file[NAME]
         if not isinstance(dataset, h5py.Dataset) or dataset.dtype != np.uint8:
             return None
         if dataset.shape != (len(_EMPTY),) or dataset.id.get_offset() is None:

@@ -51,3 +51,6 @@ def test_a_file_of_another_program_has_no_seal(tmp_path):
     with h5py.File(tmp_path / "c.h5", "w") as file:
         file["sha256"] = "text of variable length"
     assert seal.intact(tmp_path / "c.h5") is None
+    with h5py.File(tmp_path / "d.h5", "w") as file:
+        file["sha256"] = h5py.ExternalLink("none.h5", "/sha256")
+    assert seal.intact(tmp_path / "d.h5") is None
