@@ -10,7 +10,7 @@ under 0.9. The baseline goes frame to frame without a model, but starts from the
 labels of the first frame.
 
 Speed: simulated grasps, 26 markers, warm caches, one core, best of three, frames per
-second of processor time; "clean" is label, fill-gaps and solve on arrays, without files.
+second of processor time; "clean" is label, fill-gaps and solve on arrays, no files.
 """
 
 import json
