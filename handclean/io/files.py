@@ -27,6 +27,8 @@ from handclean.io.qualisys import read_tsv
 from handclean.io.reading import Reading, finite, settle_rate, settle_unit
 from handclean.io.session import FORMAT, read_session, write_session
 from handclean.io.shapes import inspect_glb, inspect_mesh
+from handclean.io.subject import FORMAT as SUBJECT
+from handclean.io.subject import inspect_subject
 from handclean.io.tables import read_csv, write_csv
 from handclean.io.trc import read_trc, write_trc
 from handclean.recording import Event, Recording, Trajectories
@@ -190,8 +192,7 @@ def inspect(
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix == ".h5" and (name := format_of(path)) != FORMAT:
-        part = read_h5(path, name, version=2**31)
-        return {"format": name, **dict(part.attrs), "parts": sorted(part.items)}
+        return _inspect_h5(path, name)
     if suffix == ".c3d":
         return _inspect_c3d(path, rate_hz, unit)
     if suffix == ".csv" and is_readings(path):
@@ -215,6 +216,19 @@ def inspect(
     if about["rate"] is None:
         about["duration_s"] = None
     return about
+
+
+def _inspect_h5(path: Path, name: str) -> dict[str, Any]:
+    """Return what is in an HDF5 file of ours that is no session."""
+    traps = []
+    if name == SUBJECT:
+        try:
+            return inspect_subject(path)
+        except HandcleanError as error:
+            traps.append(str(error).removeprefix(f"{path}: "))
+    part = read_h5(path, name, version=2**31)
+    about = {"format": name, **dict(part.attrs), "parts": sorted(part.items)}
+    return {**about, "traps": traps}
 
 
 def _as_far_as_said(

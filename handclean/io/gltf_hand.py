@@ -69,12 +69,14 @@ class ImportedHand:
     frame : (4, 4) from the hand's frame to the file's mesh [m].
     missed : [rad] the most that a segment of the bind pose points out of the plane that
         its finger's hinges allow.
+    animated : whether the file has a motion besides, which is not read.
     """
 
     subject: Subject
     bind: Floats
     frame: Floats
     missed: float
+    animated: bool = False
 
 
 def import_hand(glb: Glb, joint_map: SkinnedMap) -> ImportedHand:
@@ -121,7 +123,13 @@ def hand_of(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> ImportedHand:
         errors={"bind_missed_rad": missed},
         surface=surface,
     )
-    return ImportedHand(subject=subject, bind=bind, frame=frame, missed=missed)
+    return ImportedHand(
+        subject=subject,
+        bind=bind,
+        frame=frame,
+        missed=missed,
+        animated=bool(glb.rows("animations")),
+    )
 
 
 def _frame(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> tuple[Floats, str]:

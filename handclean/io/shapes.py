@@ -142,7 +142,7 @@ def inspect_mesh(path: Path, *, unit: str | None = None) -> dict[str, Any]:
         traps.append(str(error).removeprefix(f"{path}: "))
         mesh = read_mesh(path, unit=_plausible(path))
     size = np.ptp(mesh.vertices, axis=0) * 1e3
-    if looks_inwards(mesh):
+    if len(mesh.faces) and looks_inwards(mesh):
         traps.append("it is inside out")
     return {
         "format": path.suffix.lower().removeprefix("."),

@@ -6,6 +6,7 @@ posture and the root's frame, ``faces``, ``bones`` and ``weights`` of every vert
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,10 @@ from handclean.hand.model import Model
 from handclean.hand.skeleton import load_skeleton
 from handclean.hand.subject import Subject
 from handclean.hand.surface import MOST_BONES, Surface
+from handclean.hand.template import HAND_LENGTH
 from handclean.io.h5 import read_h5, write_h5
 from handclean.io.parts import Array, Fact, Part, tree_from, tree_part
-from handclean.io.provenance import provenance_item
+from handclean.io.provenance import provenance_from, provenance_item
 
 FORMAT = "handclean subject"
 
@@ -60,13 +62,16 @@ def write_subject(
 def read_subject(path: Path) -> Subject:
     """Read a subject from ``.h5``, or a joint tree with markers from ``.toml``.
 
+    One without a name is called by its file.
+
     Raises
     ------
     FileError
         If the file is neither.
     """
     if path.suffix == ".toml":
-        return load_skeleton(path)
+        found = load_skeleton(path)
+        return replace(found, name=found.name or _called(path))
     part = read_h5(path, FORMAT)
     tree = tree_from(part.part("skeleton"))
     markers = part.part("markers")
@@ -84,7 +89,7 @@ def read_subject(path: Path) -> Subject:
     names = errors.texts("names") if errors.has("names") else ()
     values = errors.array("values", "", np.float64, len(names)) if names else ()
     return Subject(
-        name=part.text("name", ""),
+        name=part.text("name", "") or _called(path),
         model=Model(tree=tree, labels=labels, bone=bone, at=at),
         marker_set=part.text("marker_set", ""),
         marker_sigma=markers.array("sigma", "m", np.float64, count),
@@ -92,6 +97,46 @@ def read_subject(path: Path) -> Subject:
         calibrated=bool(part.attrs.get("calibrated", True)),
         surface=_surface_from(part, len(tree.bones)),
     )
+
+
+def _called(path: Path) -> str:
+    """Return what to call a subject that has no name."""
+    return path.stem.removesuffix(".subject")
+
+
+def inspect_subject(path: Path) -> dict[str, Any]:
+    """Return what is in a subject file, as plain values.
+
+    Raises
+    ------
+    FileError
+        If it is none.
+    """
+    part = read_h5(path, FORMAT)
+    subject = read_subject(path)
+    tree, sigma = subject.model.tree, subject.marker_sigma
+    known = sigma[np.isfinite(sigma)]
+    residual = subject.errors.get("heldout_rms_m", np.nan)
+    if not np.isfinite(residual) and len(known):
+        residual = float(np.sqrt(np.mean(known**2)))
+    about: dict[str, Any] = {
+        "format": FORMAT,
+        "name": subject.name,
+        "side": tree.side,
+        "size": tree.scale,
+        "length_mm": 1e3 * tree.scale * HAND_LENGTH if tree.kind == "hand" else None,
+        "marker_set": subject.marker_set,
+        "markers": list(subject.model.labels),
+        "calibrated": subject.calibrated,
+        "residual_mm": 1e3 * float(residual) if np.isfinite(residual) else None,
+        "skin": subject.surface is not None,
+        "steps": [str(e.get("command", "?")) for e in provenance_from(part)],
+        "traps": [],
+    }
+    if subject.surface is not None:
+        about["vertices"] = len(subject.surface.vertices)
+        about["faces"] = len(subject.surface.faces)
+    return about
 
 
 def _surface_part(surface: Surface) -> Part:

@@ -88,6 +88,11 @@ def skinned(source: Source, joint_map: str) -> Outcome:
             f"a finger was drawn bent sideways by {skew:.1f} degrees, as its hinges "
             "cannot bend; it was straightened"
         )
+    if found.animated:
+        warnings.append(
+            "its motion is not read, only the hand; convert what the file was made "
+            "from (.h5, .bvh) for the motion"
+        )
     return subject(source, found.subject, warnings, record.of(source.path))
 
 

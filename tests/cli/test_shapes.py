@@ -63,6 +63,17 @@ def test_a_motion_wears_the_subject_s_own_skin(handclean, moved):
     assert told.startswith("m.glb: glb, 5 frames at 50 Hz, a skinned right hand, 16 ")
 
 
+def test_the_motion_of_a_glb_is_said_to_be_left_behind(handclean, moved):
+    tree, poses = moved
+    write_take(Path("m.h5"), tree, poses)
+    files.write("moves.glb", files.read("m.h5"))
+    write_hand(Path("rests.glb"), tree, None)
+    for name, told in (("moves.glb", True), ("rests.glb", False)):
+        done = handclean("convert", name, "-o", f"{name}.h5")
+        assert done.returncode == 0
+        assert ("warning: its motion is not read" in done.stderr) == told
+
+
 def test_a_skin_of_the_other_hand_is_refused_and_one_of_another_person_told(
     handclean, moved
 ):

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.hand.surface import vertex_normals, volume
 from handclean.io.meshes import Mesh, expect_faces, looks_inwards, read_mesh, write_mesh
+from handclean.io.shapes import inspect_mesh
 
 
 @pytest.fixture(scope="module")
@@ -250,3 +251,14 @@ def test_counts_of_a_header_allocate_nothing(tmp_path_factory, encoding, count, 
     path.write_bytes(head.encode() + bytes([length]) * 60)
     with pytest.raises(HandcleanError):
         read_mesh(path, unit="m")
+
+
+def test_inspecting_a_point_cloud_says_nothing_of_inside_out(tmp_path, rng):
+    places = rng.normal(size=(300, 3))
+    outward = places / np.linalg.norm(places, axis=1)[:, None]
+    cloud = Mesh(
+        vertices=0.05 * outward, faces=np.zeros((0, 3), np.int64), normals=-outward
+    )
+    assert looks_inwards(cloud)
+    write_mesh(tmp_path / "c.ply", cloud)
+    assert inspect_mesh(tmp_path / "c.ply")["traps"] == []

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 
@@ -9,9 +10,12 @@ from handclean.errors import FileError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.hand.surface import Surface
+from handclean.hand.template import HAND_LENGTH
 from handclean.io.h5 import read_h5, write_h5
 from handclean.io.parts import Array, Part
 from handclean.io.subject import FORMAT, read_subject, write_subject
+from handclean.pipeline.batch import Source
+from handclean.pipeline.steps.inspect import FIGURES, inspect
 
 
 @pytest.fixture
@@ -75,3 +79,43 @@ def test_a_broken_skin_is_refused_with_its_place(
         read_subject(path)
     assert str(raised.value).startswith(f"{path}/surface: ")
     assert "\n" not in str(raised.value)
+
+
+def test_a_subject_without_a_name_is_called_by_its_file(tmp_path, scanned):
+    write_subject(tmp_path / "Ada.subject.h5", replace(scanned, name=""))
+    assert read_subject(tmp_path / "Ada.subject.h5").name == "Ada"
+    write_subject(tmp_path / "Ada.subject.h5", replace(scanned, name="Ben"))
+    assert read_subject(tmp_path / "Ada.subject.h5").name == "Ben"
+
+
+def test_inspecting_a_subject_tells_whose_hand_it_is_and_how_well_known(
+    tmp_path, scanned
+):
+    path = tmp_path / "S07.h5"
+    known = replace(scanned, name="", errors={"heldout_rms_m": 2.5e-4}, calibrated=True)
+    write_subject(path, known)
+    done = inspect(Source(path=path), None)
+    found = done.figures
+    assert set(found) <= set(FIGURES)
+    tree = scanned.model.tree
+    assert (found["name"], found["side"]) == ("S07", tree.side)
+    assert found["length_mm"] == pytest.approx(1e3 * HAND_LENGTH * tree.scale)
+    assert found["residual_mm"] == pytest.approx(0.25)
+    assert (found["skin"], found["vertices"], found["faces"]) == (True, 4, 4)
+    assert found["marker_count"] == len(scanned.model.labels)
+    assert "'S07', a right hand of" in done.line
+    assert "8 markers of schroeder8, residual 0.25 mm, with a skin" in done.line
+    write_subject(path, replace(scanned, surface=None, calibrated=False))
+    line = inspect(Source(path=path), None).line
+    assert "not calibrated, no skin of its own" in line
+    assert "residual" not in line
+
+
+def test_a_damaged_subject_is_inspected_as_far_as_it_goes(tmp_path, scanned):
+    path = tmp_path / "s.h5"
+    write_subject(path, scanned)
+    with h5py.File(path, "r+") as file:
+        del file["markers/labels"]
+    found = inspect(Source(path=path), None).figures
+    assert "markers" in found["parts"]
+    assert found["trap_count"] == 1

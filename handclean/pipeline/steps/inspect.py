@@ -46,6 +46,15 @@ FIGURES = {
     "vertices": "of a mesh, or of a skinned hand without its seams",
     "faces": "triangles of it",
     "joints": "glTF: names of the joints of its skins",
+    "name": "of a subject; its file's where it has none",
+    "side": "of a subject's hand",
+    "size": "length of a subject's hand against the template's",
+    "length_mm": "of a subject's hand",
+    "marker_set": "that a subject's markers are named after",
+    "calibrated": "whether a subject was measured, or is the template",
+    "residual_mm": "RMS distance of markers in frames held out of the calibration; "
+    "where there are none, that which solvers expect",
+    "skin": "whether a subject has a skin of its own",
     "parts": "HDF5 of another kind than a session: its parts",
     "traps": "what is odd, one line each",
     "trap_count": "how many of them",
@@ -71,10 +80,12 @@ def inspect(source: Source, settings: None) -> Outcome:
 def in_words(figures: Mapping[str, Any]) -> str:
     """Say on one line what is in a file."""
     words = [_format(figures)]
+    if "skin" in figures:
+        words += _subject(figures)
     if "frames" in figures:
         words.append(_length(figures))
     for name, what in (
-        ("markers", "marker"),
+        ("markers", "marker" if "skin" not in figures else ""),
         ("unlabelled_points", "point"),
         ("motions", "motion"),
         ("angles", "joint"),
@@ -83,7 +94,7 @@ def in_words(figures: Mapping[str, Any]) -> str:
         ("open_ends", "open end"),
         ("analog", "analog channel"),
     ):
-        count = _count(figures.get(name, 0))
+        count = _count(figures.get(name, 0)) if what else 0
         if count:
             words.append(f"{count} {what}{'s' * (count != 1)}{_MORE.get(what, '')}")
     words += _mesh(figures)
@@ -93,6 +104,24 @@ def in_words(figures: Mapping[str, Any]) -> str:
     return "; odd: ".join(
         [text, "; ".join(figures["traps"])][: 1 + bool(figures["traps"])]
     )
+
+
+def _subject(figures: Mapping[str, Any]) -> list[str]:
+    words = [f"'{figures['name']}'"]
+    if figures["length_mm"] is not None:
+        words.append(
+            f"a {figures['side']} hand of {figures['length_mm']:.0f} mm "
+            f"({100 * figures['size']:.0f} % of the template's)"
+        )
+    if count := len(figures["markers"]):
+        worn = f" of {figures['marker_set']}" if figures["marker_set"] else ""
+        words.append(f"{count} marker{'s' * (count != 1)}{worn}")
+    if figures["residual_mm"] is not None:
+        words.append(f"residual {figures['residual_mm']:.2f} mm")
+    if not figures["calibrated"]:
+        words.append("not calibrated")
+    words.append("with a skin of its own" if figures["skin"] else "no skin of its own")
+    return words
 
 
 def _mesh(figures: Mapping[str, Any]) -> list[str]:
