@@ -48,9 +48,11 @@ def test_a_unit_that_is_missing_is_still_asked_for(pair):
         compared(pair, rate_hz=120.0)
 
 
-def test_options_that_no_file_needs_are_said_to_be_idle(pair):
-    done = compared((pair[1], pair[1]), unit="mm")
-    assert done.warnings == ("--unit is not heeded: both files say theirs",)
+@pytest.mark.parametrize("wrong", [{"unit": "mm"}, {"rate_hz": 121.0}])
+def test_an_option_that_no_file_needs_and_all_contradict_is_refused(pair, wrong):
+    with pytest.raises(UsageError, match=r"contradicts|says|--"):
+        compared((pair[1], pair[1]), **wrong)
+    assert compared((pair[1], pair[1]), unit="m", rate_hz=120.0).warnings == ()
 
 
 def test_subjects_are_compared_and_every_figure_has_a_meaning(tmp_path):

@@ -59,3 +59,5 @@ def test_words_on_takes_name_their_files():
     named = "frame 3 of b.c3d is not of a.c3d; take 3, takes"
     assert with_files(words, sources) == named
     assert with_files(words, sources[:1]) == words
+    twins = [Source(path=Path("x/a.c3d")), Source(path=Path("y/a.c3d"))]
+    assert with_files("take 2", twins) == "y/a.c3d"

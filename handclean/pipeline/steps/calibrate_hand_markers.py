@@ -113,9 +113,13 @@ def with_files(words: str, sources: Sequence[Source]) -> str:
     if len(sources) < 2:
         return words
 
+    called = [source.path.name for source in sources]
+    if len(set(called)) < len(called):
+        called = [source.name for source in sources]
+
     def name(found: re.Match[str]) -> str:
         number = int(found[1])
-        return sources[number - 1].name if 0 < number <= len(sources) else found[0]
+        return called[number - 1] if 0 < number <= len(called) else found[0]
 
     return re.sub(r"\btake (\d+)\b", name, words)
 

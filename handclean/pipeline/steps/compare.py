@@ -52,14 +52,14 @@ def compare(sources: tuple[Source, ...], settings: CompareConfig) -> Outcome:
                 "two takes or two subjects can be compared"
             )
         return _subjects(sources)
-    (reference, test), odd = _read(sources)
+    reference, test = _read(sources)
     found = metrics.compare(reference, test, settings)
     figures = found.figures()
     return Outcome(
         line=in_words(figures),
         details=in_text(found),
         figures=figures,
-        warnings=(*odd, *found.warnings),
+        warnings=found.warnings,
     )
 
 
@@ -79,41 +79,65 @@ def _subjects(sources: tuple[Source, ...]) -> Outcome:
     return Outcome(line="; ".join(words), details=found.in_text(), figures=figures)
 
 
-_OPTIONS = (("rate_hz", "--rate"), ("unit", "--unit"))
-
-
-def _read(sources: tuple[Source, ...]) -> tuple[list[Recording], list[str]]:
+def _read(sources: tuple[Source, ...]) -> list[Recording]:
     """Read takes; the rate and the unit given are those of the files that say none.
-
-    Returns
-    -------
-    The takes, and which options no file needed, in words.
 
     Raises
     ------
     UsageError
-        If a file needs what is not given.
+        If a file needs what is not given, or an option that none needs contradicts
+        them all.
     """
-    takes: list[Recording] = []
-    idle = {name for name, _ in _OPTIONS if getattr(sources[0], name) is not None}
+    takes, told = [], []
     for source in sources:
         for names in ((), ("unit",), ("rate_hz",), ("rate_hz", "unit")):
-            rate_hz = source.rate_hz if "rate_hz" in names else None
-            unit = source.unit if "unit" in names else None
+            one = _told(source, names)
             try:
-                takes.append(sessions.read(replace(source, rate_hz=rate_hz, unit=unit)))
+                takes.append(sessions.read(one))
             except UsageError:
-                if (rate_hz, unit) == (source.rate_hz, source.unit):
+                if one == source:
                     raise
                 continue
-            idle -= set(names)
+            told.append(one)
             break
-    words = [
-        f"{option} is not heeded: both files say theirs"
-        for name, option in _OPTIONS
-        if name in idle
-    ]
-    return takes, words
+    for name in ("rate_hz", "unit"):
+        if all(getattr(one, name) is None for one in told):
+            _expect_agreement(sources, told, name)
+    return takes
+
+
+def _told(source: Source, names: tuple[str, ...]) -> Source:
+    """Return a source of which no more is told than this."""
+    return replace(
+        source,
+        rate_hz=source.rate_hz if "rate_hz" in names else None,
+        unit=source.unit if "unit" in names else None,
+    )
+
+
+def _expect_agreement(
+    sources: tuple[Source, ...], told: list[Source], name: str
+) -> None:
+    """Expect an option that no file needed to be what one of them says.
+
+    Raises
+    ------
+    UsageError
+        If it contradicts them all.
+    """
+    if getattr(sources[0], name) is None:
+        return
+    wrong: UsageError | None = None
+    for source, one in zip(sources, told, strict=True):
+        needed = [n for n in ("rate_hz", "unit") if getattr(one, n) is not None]
+        try:
+            sessions.read(_told(source, (*needed, name)))
+        except UsageError as error:
+            wrong = wrong or error
+        else:
+            return
+    if wrong is not None:
+        raise wrong
 
 
 def in_words(figures: Mapping[str, float]) -> str:
