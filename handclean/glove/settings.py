@@ -57,7 +57,7 @@ class GloveFitConfig:
     use: Annotated[str, "Samples to learn from: all, fk or ik."] = "all"
     pseudo_inputs: Annotated[int, "Pseudo-inputs of the sparse model (M)."] = 100
     starts: Annotated[int, "Starting points of the hyperparameters."] = 3
-    evaluations: Annotated[int, "Evaluations of the evidence, at most."] = 100
+    evaluations: Annotated[int, "Evaluations of the evidence, at most."] = 130
     most: Annotated[int, "Most samples per rotation, evenly spread; 0: all."] = 2000
     repeat_deg: Annotated[
         float, "What putting the glove on again changes: one standard deviation."

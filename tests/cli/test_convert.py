@@ -155,7 +155,6 @@ WITH_A_HAND = ("-o", "out.h5", "--marker-set", "pavllo9")
         ("clean", *WITH_A_HAND),
         ("calibrate-hand markers", *WITH_A_HAND),
         ("learn subspace", "-o", "out.h5"),
-        ("compare", "a.trc"),
     ],
     ids=lambda line: line[0],
 )

@@ -132,7 +132,11 @@ def _sampled(
     """Samples of one file; figures of touching and of clocks are added."""
     hand, kind = glove.hand, FK
     if mode == "pose":
-        targets = samples_of.of_pose(hand, key_pose(settings.pose), len(rows))
+        try:
+            pose = key_pose(settings.pose)
+        except HandcleanError as error:
+            raise UsageError(str(error)) from None
+        targets = samples_of.of_pose(hand, pose, len(rows))
         about = f"pose {settings.pose}"
     elif mode == "hold":
         holds = _holds(settings.holds)
