@@ -47,7 +47,7 @@ def test_warming_leaves_no_kernel_uncompiled():
     left = {
         f"{k.py_func.__module__}.{k.py_func.__name__}" for k in set(known) - reached
     }
-    assert left == UNUSED, "a part in handclean/pipeline/warm.py should reach them"
+    assert left <= UNUSED, "a part in handclean/pipeline/warm.py should reach them"
     assert [len(kernel.signatures) for kernel in BY_HAND] == [1, 1]
     again = warm.warm(jobs=2)
     assert again["compiled"] == 0
