@@ -25,7 +25,7 @@ class LayoutConfig:
     dimensions: Annotated[
         int, "Directions of the posture subspace (l); 0: as many as hold the share."
     ] = 0
-    share: Annotated[float, "Share of the posture's variance to hold."] = 0.9
+    share: Annotated[float, "Share of the posture's variance to hold."] = 0.95
     full: Annotated[bool, "All joint angles instead of the posture subspace."] = False
     anchor: Annotated[bool, "A marker on the forearm tells where the hand is."] = True
     keyframes: Annotated[int, "Postures of the motion that count."] = 10
