@@ -34,7 +34,7 @@ class Console:
 
     def tell(self, task: Task, report: Report, unmet: Sequence[str]) -> None:
         """Tell the result of a task."""
-        where = task.sources[0].name
+        where = _about(task)
         if self._json:
             told = _readable(_object(task, report))
             self._result(json.dumps(told, allow_nan=False))
@@ -81,6 +81,13 @@ class Console:
     def _write(self, stream: TextIO, text: str, end: str = "\n") -> None:
         stream.write(text + end)
         stream.flush()
+
+
+def _about(task: Task) -> str:
+    """Name what words about a task are about: its input; of several, the output."""
+    if len(task.sources) == 1:
+        return task.sources[0].name
+    return str(task.outputs[0]) if task.outputs else task.sources[-1].name
 
 
 def _object(task: Task, report: Report) -> dict[str, Any]:

@@ -381,6 +381,12 @@ def test_reducing_gives_one_output_for_all(inputs, capfd):
     assert "skipped" not in capfd.readouterr().out
 
 
+def test_a_warning_about_several_inputs_is_about_their_output(inputs, capfd):
+    batch = Batch(inputs=inputs(a="odd", b="two"), output="all.csv")
+    many.reduce(Work(command="tally", step="tally"), batch, (".csv",))
+    assert capfd.readouterr().err == "all.csv: warning: is odd\n"
+
+
 def test_jobs_default_to_what_slurm_grants(inputs, run, monkeypatch):
     paths = inputs(a="slow 0.5", b="slow 0.5")
     monkeypatch.setenv("SLURM_CPUS_PER_TASK", "many")
