@@ -73,10 +73,20 @@ def plausible(subject: Subject, seen: Bools, residual: Floats) -> Bools:
     Parameters
     ----------
     seen : (T, M) which of the subject's markers a frame was solved with.
-    residual : NaN, where there are no markers, contradicts nothing.
+    residual : NaN, where there are no markers, contradicts nothing. A take most of
+        whose frames are implausible is another hand's: then none is plausible.
     """
     usual = usual_residual(subject.model, subject.marker_sigma, seen)
-    return np.asarray(~(residual > FAR * usual))
+    far = residual > FAR * usual
+    enough = _enough(seen, residual)
+    if enough.any() and far[enough].mean() > 0.5:
+        return np.zeros(len(far), dtype=bool)
+    return np.asarray(~far)
+
+
+def _enough(seen: Bools, residual: Floats) -> Bools:
+    """(T,) frames with markers enough to tell."""
+    return np.asarray(np.isfinite(residual) & (seen.sum(axis=1) > ROOT_DOFS // 3))
 
 
 def remark(recording: Recording, subject: Subject, name: str = "") -> str:
@@ -100,7 +110,7 @@ def remark(recording: Recording, subject: Subject, name: str = "") -> str:
 
 
 def _in_words(subject: Subject, residual: Floats, seen: Bools) -> str:
-    enough = np.isfinite(residual) & (seen.sum(axis=1) > ROOT_DOFS // 3)
+    enough = _enough(seen, residual)
     if not enough.any():
         return ""
     usual = usual_residual(subject.model, subject.marker_sigma, seen[enough])

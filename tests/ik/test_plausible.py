@@ -102,3 +102,13 @@ def test_the_bound_lies_at_far_times_the_usual_residual(rng):
     np.testing.assert_array_equal(
         plausible(subject, seen, residual), [True, False, True]
     )
+
+
+def test_a_take_that_is_mostly_implausible_has_no_plausible_frame(rng):
+    subject, seen = calibrated(rng)
+    there = np.isfinite(seen[:, :, 0])
+    usual = usual_residual(subject.model, subject.marker_sigma, there)
+    for share, left in ((0.3, 0.7), (0.6, 0.0)):
+        odd = np.arange(len(usual)) < share * len(usual)
+        residual = np.where(odd, 2.0 * FAR, 1.0) * usual
+        assert plausible(subject, there, residual).mean() == pytest.approx(left)
