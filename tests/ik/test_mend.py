@@ -8,8 +8,10 @@ from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
 from handclean.ik import solve as solving
-from handclean.ik.solve import solve_markers
+from handclean.ik.solve import markers_of, solve_markers
 from handclean.io.prior import read_prior
+from handclean.simulation.settings import SimulateConfig
+from handclean.simulation.simulate import simulate
 
 NOISE = 4e-4
 
@@ -47,6 +49,22 @@ def test_two_markers_per_finger_jump_less_at_the_same_residual(model, rng, monke
     assert usual(after.residual) < 1.01 * usual(before.residual)
     off = [np.abs(found.poses - poses)[:, 7:].mean() for found in (before, after)]
     assert off[1] < 1.02 * off[0]
+
+
+def test_grasps_seen_by_two_markers_per_finger_lose_a_third_of_their_jumps(monkeypatch):
+    settings = SimulateConfig(
+        marker_set="dfki13", trials=4, subjects=4, duration_s=3.0, rate_hz=100.0, seed=5
+    )
+    prior, before, after = read_prior(), 0, 0
+    for trial in simulate("grasp", settings):
+        hand = trial.subject.model
+        seen = markers_of(trial.labelled, hand)
+        rough = unmended(monkeypatch, hand, seen, prior=prior)
+        found = solve_markers(hand, seen, prior=prior)
+        assert usual(found.residual) < 1.01 * usual(rough.residual)
+        before += jumps(rough.poses)
+        after += jumps(found.poses)
+    assert after < 0.65 * before
 
 
 def test_a_finger_that_is_hidden_for_a_while_comes_back_without_a_jump(

@@ -230,6 +230,7 @@ def test_touching_is_sampled_from_a_calibration_and_makes_tips_meet(
         between = tips.positions[:, 0] - tips.positions[:, 1]
         apart[path.name] = np.linalg.norm(between, axis=1).mean()
     assert apart["all.h5"] < 0.85 * apart["fk.h5"]
+    assert apart["all.h5"] < 0.0065
 
 
 def test_markers_recorded_with_the_glove_are_brought_to_its_clock(folder, session):

@@ -1,6 +1,7 @@
 """Many inputs: every one is reported, none stops the others, nothing half-written."""
 
 import csv
+import errno
 import os
 import time
 from dataclasses import dataclass, replace
@@ -412,15 +413,28 @@ def test_an_output_of_other_code_is_made_anew(inputs, run, monkeypatch):
     assert run(*paths, output="out.csv")[1][0]["status"] == "skipped"
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
+@pytest.fixture
+def full(folder, monkeypatch):
+    """A file on a disk that has no room left."""
+    write_bytes = Path.write_bytes
+
+    def write(path, data):
+        if path.name == "full.csv":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        return write_bytes(path, data)
+
+    monkeypatch.setattr(Path, "write_bytes", write)
+    return Path("full.csv")
+
+
 @pytest.mark.parametrize(("text", "status"), [("one", 1), ("wrong", 1)])
 def test_a_list_of_failed_inputs_that_cannot_be_written_is_one_line(
-    inputs, run, text, status
+    inputs, run, full, text, status
 ):
-    found, (o,), err = run(*inputs(a=text), output="out", failed=Path("/dev/full"))
+    found, (o,), err = run(*inputs(a=text), output="out", failed=full)
     assert found == status
     assert err.splitlines()[-1] == (
-        "--failed /dev/full: cannot be written: no space left on device"
+        "--failed full.csv: cannot be written: no space left on device"
     )
     assert o["status"] == ("done" if text == "one" else "failed")
 

@@ -8,10 +8,13 @@ import pytest
 
 from handclean.pipeline.notice import COMPILING, Once, silent, watching
 
-jit = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+
+@pytest.fixture(autouse=True)
+def _compiled(monkeypatch):
+    """Compile, even where all other tests run as plain Python."""
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 0)
 
 
-@jit
 def test_a_compilation_is_noticed_before_it_is_done_and_a_second_call_is_not():
     @numba.njit
     def twice(x):
@@ -27,7 +30,6 @@ def test_a_compilation_is_noticed_before_it_is_done_and_a_second_call_is_not():
     assert told == [0]
 
 
-@jit
 def test_outside_the_watch_nothing_is_noticed():
     told = []
     with watching(lambda: told.append(1)):
