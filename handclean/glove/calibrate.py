@@ -3,38 +3,24 @@
 The entry of ``calibrate-glove fit`` and ``apply``. What a rotation's model takes is its
 measuring sensor and those that affect it; the linear calibrations, which know nothing
 of coupling, take the measuring sensor alone. Rotations that follow others get their
-mean and variance from them.
-
-Variance. A Gaussian process takes every sample's error for one of its own. But all
-samples of a key pose or a widget share the error with which it was taken, so that the
-more of them there are, the surer and the wronger the process gets. Whole recordings are
-therefore held out in turn from small models of the same kind, and the factor k and the
-addition e^2 sought under which k v + e^2 makes the held-out samples most probable;
-every recording counts the same. What another wearing changes, which no single wearing
-shows, is added as well.
+mean and variance from them. How far
+their variance can be believed, `handclean.glove.held_out` finds by holding recordings
+out; what another wearing changes, which no single wearing shows, is added.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import HandcleanError
 from handclean.glove.gloves import Correspondence, Glove
+from handclean.glove.held_out import held_out
 from handclean.glove.models import Fitted, fit
 from handclean.glove.samples import FK, IK, Samples, spread
 from handclean.glove.settings import GloveFitConfig
 from handclean.numerics.gp.settings import FitSettings
-
-_FOLDS = 4
-"""Parts in which recordings are held out."""
-
-_LIGHT = FitSettings(starts=1, pseudo_inputs=40, subset=128, evaluations=30)
-_LIGHT_SAMPLES = 320
-
-_SCALES = np.array([1.0, 2.0, 4.0, 8.0, 16.0])
-_FLOORS = np.radians(np.array([0.0, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0]))
 
 LINEAR = ("linear", "two-pose")
 """Models of one sensor."""
@@ -90,6 +76,27 @@ class RotationFit:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Wearing:
+    """How a wearing differs from the one of the samples, see `handclean.glove.rewear`.
+
+    Attributes
+    ----------
+    middle, shift, gain : (S,) of x' = middle + gain (x - middle) + shift.
+    doubt : [rad] what is not known of them, one standard deviation.
+    """
+
+    middle: Floats
+    shift: Floats
+    gain: Floats
+    doubt: float
+
+    def as_before(self, readings: Floats) -> Floats:
+        """(T, S) readings x' of the earlier wearing for x of this one."""
+        out: Floats = self.middle + self.gain * (readings - self.middle) + self.shift
+        return out
+
+
+@dataclass(frozen=True, kw_only=True)
 class Calibration:
     """What turns a glove's readings into rotations.
 
@@ -101,6 +108,8 @@ class Calibration:
     fits : one per measured rotation, in the glove's order; some may be missing.
     low, high : (S,) readings of the samples' range, NaN for sensors not used.
     repeat : [rad] what another wearing changes, one standard deviation.
+    wearing : what the readings of this wearing were in that of the samples; None if it
+        is the same.
     """
 
     glove: Glove
@@ -111,6 +120,11 @@ class Calibration:
     low: Floats
     high: Floats
     repeat: float = 0.0
+    wearing: Wearing | None = None
+
+    def as_sampled(self, readings: Floats) -> Floats:
+        """(T, S) what the samples' wearing would have read."""
+        return readings if self.wearing is None else self.wearing.as_before(readings)
 
 
 def fit_tasks(
@@ -216,7 +230,7 @@ def run_task(task: FitTask) -> RotationFit:
         fitted = fit(task.kind, task.inputs, task.targets, task.settings, rng)
     except HandcleanError as error:
         raise HandcleanError(f"{task.rotation}: {error}") from None
-    scale, floor = held_out(task, rng)
+    scale, floor = held_out(task.kind, task.inputs, task.targets, task.group, rng)
     return RotationFit(
         rotation=task.rotation,
         sensors=task.sensors,
@@ -226,41 +240,6 @@ def run_task(task: FitTask) -> RotationFit:
         scale=scale,
         floor=floor,
     )
-
-
-def held_out(task: FitTask, rng: np.random.Generator) -> tuple[float, float]:
-    """Factor k of a model's variance and floor e [rad], by holding recordings out."""
-    rows = spread(len(task.targets), _LIGHT_SAMPLES)
-    inputs, targets = task.inputs[rows], task.targets[rows]
-    numbers, group = np.unique(task.group[rows], return_inverse=True)
-    fold = rng.permutation(len(numbers))[group] % min(_FOLDS, max(len(numbers), 1))
-    errors, variances, weights = [], [], []
-    for k in range(int(fold.max()) + 1):
-        train, test = fold != k, fold == k
-        enough = train.sum() > inputs.shape[1] + 3 and np.ptp(targets[train]) > 1e-6
-        if not test.any() or not enough or np.ptp(inputs[train, 0]) == 0.0:
-            continue
-        light = replace(_LIGHT, pseudo_inputs=min(40, int(train.sum()) - 1))
-        made = fit(task.kind, inputs[train], targets[train], light, rng)
-        mean, variance = made.predict(inputs[test])
-        errors.append(mean - targets[test])
-        variances.append(variance)
-        weights.append(1.0 / np.bincount(group)[group[test]])
-    if not errors:
-        return 1.0, 0.0
-    error, variance = np.concatenate(errors), np.concatenate(variances)
-    return _most_probable(error, variance, np.concatenate(weights))
-
-
-def _most_probable(
-    error: Floats, variance: Floats, weight: Floats
-) -> tuple[float, float]:
-    """Return k and e under which errors are most probable."""
-    scale, floor = (grid.ravel() for grid in np.meshgrid(_SCALES, _FLOORS))
-    total = scale[:, None] * variance + np.maximum(floor, 1e-4)[:, None] ** 2
-    surprise = (np.log(total) + error**2 / total) @ weight
-    best = int(np.argmin(surprise))
-    return float(scale[best]), float(floor[best])
 
 
 def assemble(
@@ -303,6 +282,9 @@ def predict_measured(
     Those that are not calibrated stay at 0 with a variance of NaN.
     """
     glove = calibration.glove
+    worn = calibration.wearing
+    off = calibration.repeat if worn is None else worn.doubt
+    readings = calibration.as_sampled(readings)
     order = [row.rotation for row in glove.measured]
     mean = np.zeros((len(readings), len(order)))
     variance = np.full(mean.shape, np.nan)
@@ -311,7 +293,7 @@ def predict_measured(
         k = order.index(one.rotation)
         inputs = np.ascontiguousarray(readings[:, columns])
         mean[:, k], own = one.fitted.predict(inputs)
-        more = one.floor**2 + calibration.repeat**2
+        more = one.floor**2 + off**2
         variance[:, k] = one.scale * own + more
     return mean, variance
 
@@ -345,6 +327,7 @@ def sure(calibration: Calibration, variance: Floats, max_sigma: float) -> Bools:
 
 def foreign(calibration: Calibration, readings: Floats) -> Mapping[str, float]:
     """Share of frames in which a sensor reads what no sample came near, if many."""
+    readings = calibration.as_sampled(readings)
     size = calibration.high - calibration.low
     with np.errstate(invalid="ignore"):
         below = readings < calibration.low - _BEYOND * size

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
+_CUTOFF = "Readings are smoothed: what is faster than this goes. 0: as they are."
+
 USES = {"all": "FK and IK samples", "fk": "of any wearer", "ik": "of this subject"}
 
 
@@ -20,11 +22,12 @@ class GloveSampleConfig:
     reach_m: Annotated[
         float, "Frames whose fingertips stay farther apart than this are left out."
     ] = 0.0005
+    cutoff_hz: Annotated[float, _CUTOFF] = 8.0
 
     def __post_init__(self) -> None:
         if self.most < 1:
             raise ValueError(f"most should be >= 1, not {self.most}")
-        for name in ("skip_s", "max_offset_s", "reach_m"):
+        for name in ("skip_s", "max_offset_s", "reach_m", "cutoff_hz"):
             if getattr(self, name) < 0.0:
                 raise ValueError(f"{name} should be >= 0, not {getattr(self, name)}")
 
@@ -86,11 +89,14 @@ class GloveApplyConfig:
     max_sigma_deg: Annotated[
         float, "Frames with a measured rotation less sure than this are not trusted."
     ] = 10.0
+    cutoff_hz: Annotated[float, _CUTOFF] = 8.0
     chunk: Annotated[int, "Frames in memory at a time."] = 20_000
 
     def __post_init__(self) -> None:
         if self.max_sigma_deg <= 0.0:
             wrong = f"max_sigma_deg should be above 0, not {self.max_sigma_deg}"
             raise ValueError(wrong)
+        if self.cutoff_hz < 0.0:
+            raise ValueError(f"cutoff_hz should be >= 0, not {self.cutoff_hz}")
         if self.chunk < 1:
             raise ValueError(f"chunk should be >= 1, not {self.chunk}")

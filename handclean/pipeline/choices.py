@@ -130,6 +130,11 @@ class GloveFitting:
 
 
 @dataclass(frozen=True, kw_only=True)
+class GloveRewearing:
+    """Nothing to set: what is to be adapted stands among the files."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class GloveApplying:
     """Settings of applying a calibration, and whether fingertips are wanted."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import FileError, HandcleanError
 from handclean.glove import readings as checks
-from handclean.glove.calibrate import Calibration, RotationFit
+from handclean.glove.calibrate import Calibration, RotationFit, Wearing
 from handclean.glove.gloves import Glove, glove_from_text, load_glove, to_toml
 from handclean.glove.models import from_arrays
 from handclean.glove.samples import Samples
@@ -25,6 +25,8 @@ from handclean.tree import JointTree
 
 SAMPLES = "handclean glove samples"
 CALIBRATION = "handclean glove calibration"
+
+_WEARING = ("middle", "shift", "gain")
 
 
 def write_samples(
@@ -106,11 +108,17 @@ def write_calibration(
                 "model": Part(items={k: Array(v) for k, v in arrays.items()}),
             },
         )
+    wearing = {}
+    if calibration.wearing is not None:
+        worn = calibration.wearing
+        parts = {name: Array(getattr(worn, name)) for name in _WEARING}
+        wearing = {"wearing": Part({"doubt": worn.doubt}, parts)}
     items: dict[str, Any] = {
         "definition": to_toml(calibration.glove),
         "low": Array(calibration.low),
         "high": Array(calibration.high),
         "rotations": Part(items=fits),
+        **wearing,
         **provenance_item(provenance),
     }
     attrs: dict[str, Fact] = {
@@ -163,6 +171,11 @@ def read_calibration(path: Path) -> Calibration:
         raise part.fail("has no model of any rotation")
     order = list(measured)
     count = len(glove.sensors)
+    wearing = None
+    if "wearing" in part.items:
+        worn = part.part("wearing")
+        given = {name: worn.array(name, "", np.float64, count) for name in _WEARING}
+        wearing = Wearing(**given, doubt=worn.number("doubt"))
     return Calibration(
         glove=glove,
         kind=part.text("kind"),
@@ -172,6 +185,7 @@ def read_calibration(path: Path) -> Calibration:
         low=part.array("low", "", np.float64, count),
         high=part.array("high", "", np.float64, count),
         repeat=part.number("repeat", 0.0),
+        wearing=wearing,
     )
 
 

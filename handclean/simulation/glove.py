@@ -3,7 +3,8 @@
 One glove is worn by several people, each at least twice: the first wearing is for
 calibration (key poses, widgets, touching, each joint alone for ``examine``, a take with
 markers), every other for tests (nine poses, a widget at an angle never seen, touching,
-free movement). Trial k of a seed is person k.
+free movement); it ends with what ``rewear`` takes (two poses once more, pinches). Trial
+k of a seed is person k.
 """
 
 from collections.abc import Mapping
@@ -32,6 +33,9 @@ TRAINED = ("flat", "spread", "fist", "overbend")
 
 MORE = ("half", "thumb-hook", "thumb-bend", "thumb-across")
 """Further ones, of a bend half way and of the thumb's joints one by one."""
+
+AGAIN = ("flat", "fist")
+"""Poses that tell how the glove sits this time."""
 
 SHOWN = (*TRAINED, "thumb-up", "pointing", "pinky-up", "rest", "ok")
 """Poses of the tests (table 3)."""
@@ -115,6 +119,8 @@ def takes_of(glove: str, wearings: int = 2) -> tuple[str, ...]:
         out += [f"w{w}/hold-{rot}{a:+d}" for rot, at in UNSEEN.items() for a in at]
         out += [f"w{w}/touch-thumb-{finger}" for finger in motions.LONG]
         out.append(f"w{w}/motion")
+        out += [f"w{w}/pose-{pose}-2" for pose in AGAIN]
+        out += [f"w{w}/pinch-thumb-{finger}" for finger in ("index", "little")]
     return tuple(out)
 
 
@@ -166,7 +172,14 @@ def _take(
     rng: np.random.Generator,
 ) -> GloveTake:
     kind, _, rest = name.split("/")[1].partition("-")
-    lasts = {"pose": 1.5, "hold": 8.0, "touch": 6.0, "free": 6.0, "markers": 25.0}
+    lasts = {
+        "pose": 1.5,
+        "hold": 8.0,
+        "touch": 6.0,
+        "pinch": 6.0,
+        "free": 6.0,
+        "markers": 25.0,
+    }
     times = np.arange(round(lasts.get(kind, 20.0) * RATE)) / RATE
     moved: tuple[str, ...] = ()
     late = 0.0
@@ -183,7 +196,7 @@ def _take(
             angle += free[0, ring]
         off = rng.normal(0.0, np.radians(0.5))
         angles = motions.with_held(wearer, free, {hinge: angle}, off)
-    elif kind == "touch":
+    elif kind in ("touch", "pinch"):
         angles = motions.touching(wearer, rest.rpartition("-")[2], times, rng)
     elif kind == "free":
         moved = tuple(rest.split("+"))

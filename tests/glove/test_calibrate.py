@@ -4,40 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from linear_glove import GLOVE, QUICK, linear_samples, readings_of
 
 from handclean.errors import HandcleanError
 from handclean.glove import calibrate as cal
 from handclean.glove import samples
-from handclean.glove.gloves import load_glove
 from handclean.glove.settings import GloveFitConfig
 
-GLOVE = load_glove("generic14")
-QUICK = GloveFitConfig(model="spgp", pseudo_inputs=15, starts=1, evaluations=40)
 LINE = GloveFitConfig(model="linear")
-
-
-def linear_samples(rng, count=120, kinds=3, noise=0.0):
-    """Readings that are lines of the rotations, abduction stretched by both MCPs."""
-    ranges = GLOVE.hand.ranges
-    truth = rng.uniform(*ranges.T, (count, len(ranges)))
-    values = readings_of(truth) + noise * rng.normal(size=(count, 14))
-    one = samples.make_samples(GLOVE, values, truth, samples.FK, "free", "S01")
-    group = np.arange(count) % kinds
-    return replace(one, group=group, groups=tuple(f"g{k}" for k in range(kinds)))
-
-
-def readings_of(truth):
-    low, high = GLOVE.hand.ranges.T
-    out = np.zeros((len(truth), 14))
-    for row in GLOVE.measured:
-        r = GLOVE.hand.index(row.rotation)
-        share = (truth[:, r] - low[r]) / (high[r] - low[r])
-        for other in row.affected_by:
-            rotation = {x.measured_by: x.rotation for x in GLOVE.measured}[other]
-            o = GLOVE.hand.index(rotation)
-            share = share + 0.2 * (truth[:, o] - low[o]) / (high[o] - low[o])
-        out[:, GLOVE.sensors.index(row.measured_by)] = 40.0 + 100.0 * share
-    return out
 
 
 @pytest.fixture(scope="module")
@@ -111,19 +85,6 @@ def test_missing_readings_give_missing_rotations(made):
     assert np.isnan(mean[1, k])
     assert np.isfinite(mean[[0, 2]]).all()
     assert not cal.sure(made, variance, 1.0)[1]
-
-
-def test_errors_that_recordings_share_are_in_the_variance(rng):
-    """Twelve widgets, each a little off: samples agree within, not between."""
-    t = rng.normal(size=(12, 40)) * 0.2 + np.linspace(-3, 3, 12)[:, None]
-    off = np.radians(3.0) * rng.normal(size=(12, 1))
-    task = cal.FitTask(
-        rotation="x", sensors=("A",), inputs=t.reshape(-1, 1) * 30.0 + 100.0,
-        targets=(0.2 * t + off).ravel(), group=np.repeat(np.arange(12), 40), fk=480,
-        ik=0, kind="lmc-gpr", settings=cal._LIGHT, seed=0,
-    )  # fmt: skip
-    scale, floor = cal.held_out(task, rng)
-    assert np.degrees(floor) > 1.5 or scale >= 4.0
 
 
 def test_samples_of_one_kind_can_be_taken_alone(rng):

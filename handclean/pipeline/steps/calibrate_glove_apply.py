@@ -20,6 +20,7 @@ from handclean.glove.calibrate import (
     to_hinges,
 )
 from handclean.glove.hands import fingertips
+from handclean.glove.smooth import smoothed_chunks
 from handclean.hand.model import marker_positions
 from handclean.io import files
 from handclean.io.glove import ReadingsFile
@@ -93,10 +94,14 @@ def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
         }
     )
     tally = _Tally()
-    for times, values in found.chunks(settings.apply.chunk):
-        readings = checks.arranged(values, places)
+    chunks = (
+        (times, checks.arranged(values, places))
+        for times, values in found.chunks(settings.apply.chunk)
+    )
+    stream = smoothed_chunks(chunks, settings.apply.cutoff_hz)
+    for times, readings, smooth in stream:
         tally.see(calibration, times, readings)
-        mean, variance = predict_measured(calibration, readings)
+        mean, variance = predict_measured(calibration, smooth)
         angles, sigma = to_hinges(glove, tree.hinges, mean, variance)
         trusted = sure(calibration, variance, np.radians(settings.apply.max_sigma_deg))
         good = checks.usable(glove, readings)

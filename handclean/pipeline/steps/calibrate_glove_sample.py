@@ -15,6 +15,7 @@ from handclean.glove.calibrate import predict_measured
 from handclean.glove.gloves import Glove
 from handclean.glove.poses import key_pose
 from handclean.glove.samples import FK, IK, Samples
+from handclean.glove.smooth import smoothed
 from handclean.glove.streams import at_times, find_offset
 from handclean.io import files
 from handclean.pipeline import glove_files
@@ -60,6 +61,7 @@ def calibrate_glove_sample(
         if not len(good):
             raise FileError(source.path, "has no frame in which all sensors read")
         rows = good[samples_of.spread(len(good), settings.sample.most)]
+        readings = smoothed(times, readings, settings.sample.cutoff_hz)
         facts = found.facts.get("subject", "")
         one = _sampled(
             source, settings, glove, mode, times, readings, rows, figures, str(facts)

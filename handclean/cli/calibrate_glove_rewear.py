@@ -1,0 +1,38 @@
+"""``handclean calibrate-glove rewear``."""
+
+from pathlib import Path
+
+import click
+
+from handclean.cli import options
+from handclean.pipeline import many
+from handclean.pipeline.batch import Batch, Work
+from handclean.pipeline.choices import GloveRewearing
+
+
+@click.command("rewear")
+@click.option(
+    "--calibration",
+    type=options.PATH,
+    metavar="GLOVE.h5",
+    help="Of an earlier wearing, perhaps another person's.",
+)
+@options.batch(
+    [options.inputs, options.manifest],
+    options.ONE_OUTPUT,
+    options.TELLING,
+)
+def command(batch: Batch, calibration: Path | None) -> int:
+    """Adapt a calibration to another wearing of the same glove.
+
+    A few samples of the new wearing (a flat hand and a fist, touching fingertips) tell
+    how far each sensor's readings are shifted and stretched.
+
+    \b
+    Example:
+        handclean calibrate-glove rewear flat.h5 --calibration glove.h5 -o day2.h5
+    """
+    batch = options.with_files(batch, calibration=calibration)
+    return many.reduce(
+        Work.of("calibrate-glove rewear", batch, GloveRewearing()), batch
+    )

@@ -1,0 +1,130 @@
+"""Readings without their noise: a low-pass filter that does not shift in time.
+
+A sensor's noise changes from frame to frame, fingers do not. Every reading is replaced
+by what a parabola through its neighbours, by least squares with Gaussian weights of
+their distance in time, says there: a low-pass filter without delay, flat to the fourth
+order, that bears uneven times, blank readings and ends (where a filter of fixed weights
+would lag behind the motion). Streams go through in chunks with their neighbours on both
+sides, so that how they are cut changes nothing.
+"""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from handclean.arrays import Floats
+
+_HALF = 1.4692
+"""omega s at which (1 + x) exp(-x), x = (omega s)^2 / 2, has fallen to 1/sqrt 2."""
+
+_WIDE = 4.5
+"""Standard deviations s within which neighbours count."""
+
+_SINGULAR = 1e-7
+"""Share of its diagonal's product below which a determinant counts as zero."""
+
+
+def width(cutoff_hz: float) -> float:
+    """[s] standard deviation of the weights of a filter with this cutoff."""
+    return _HALF / (2.0 * np.pi * cutoff_hz)
+
+
+def smoothed(times: Floats, values: Floats, cutoff_hz: float) -> Floats:
+    """(T, S) readings without what is faster than the cutoff.
+
+    Parameters
+    ----------
+    times : (T,) [s], rising; values : (T, S), nan where blank (and so it stays).
+    cutoff_hz : where the gain is 1/sqrt 2; 0 leaves readings as they are.
+    """
+    parts = [part for _, _, part in smoothed_chunks([(times, values)], cutoff_hz)]
+    return np.concatenate(parts) if parts else values.copy()
+
+
+def smoothed_chunks(
+    chunks: Iterable[tuple[Floats, Floats]], cutoff_hz: float
+) -> Iterator[tuple[Floats, Floats, Floats]]:
+    """Go through times, readings and smoothed readings of a stream.
+
+    Parameters
+    ----------
+    chunks : (t,) [s] times and (t, S) readings, in order.
+    cutoff_hz : see `smoothed`.
+
+    Yields
+    ------
+    (t,) [s], (t, S) as they were, (t, S) smoothed. Chunks are cut where neighbours of
+    their last frames are still to come; together they are what went in.
+    """
+    if cutoff_hz <= 0.0:
+        for times, values in chunks:
+            yield times, values, values
+        return
+    reach = _WIDE * width(cutoff_hz)
+    before = 0  # leading frames that were given out, and are here as neighbours
+    held: tuple[Floats, Floats] | None = None
+    for times, values in chunks:
+        if held is not None:
+            times = np.concatenate([held[0], times])
+            values = np.concatenate([held[1], values])
+        ready = int(np.searchsorted(times, times[-1] - reach))
+        if ready > before:
+            done = _filtered(times, values, cutoff_hz)
+            rows = slice(before, ready)
+            yield times[rows], values[rows], done[rows]
+            first = int(np.searchsorted(times, times[ready] - reach))
+            times, values = times[first:], values[first:]
+            before = ready - first
+        held = times, values
+    if held is not None and len(held[0]) > before:
+        times, values = held
+        done = _filtered(times, values, cutoff_hz)
+        yield times[before:], values[before:], done[before:]
+
+
+def _filtered(times: Floats, values: Floats, cutoff_hz: float) -> Floats:
+    """(T, S) parabolas' values at every frame."""
+    size = width(cutoff_hz)
+    there = np.isfinite(values)
+    plain = np.where(there, values, 0.0)
+    moments = np.zeros((5, *values.shape))  # sums of w u^0 .. w u^4
+    sums = np.zeros((3, *values.shape))  # sums of w y u^0 .. w y u^2
+    _add(moments, sums, np.zeros(len(times)), there, plain, slice(None), slice(None))
+    for lag in range(1, len(times)):
+        apart = (times[lag:] - times[:-lag]) / size
+        if apart.min() > _WIDE:
+            break
+        early, late = slice(None, -lag), slice(lag, None)
+        _add(moments, sums, apart, there, plain, early, late)
+        _add(moments, sums, -apart, there, plain, late, early)
+    at_zero, safe = _parabola(moments, sums)
+    return np.where(there & safe, at_zero, values)
+
+
+def _add(
+    moments: Floats,
+    sums: Floats,
+    apart: Floats,
+    there: Floats,
+    plain: Floats,
+    here: slice,
+    other: slice,
+) -> None:
+    """Let the frames ``other`` count as neighbours of the frames ``here``."""
+    weight = np.where(np.abs(apart) <= _WIDE, np.exp(-0.5 * apart**2), 0.0)[:, None]
+    for power in range(5):
+        term = weight * apart[:, None] ** power
+        moments[power, here] += term * there[other]
+        if power < 3:
+            sums[power, here] += term * plain[other]
+
+
+def _parabola(m: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Value at zero of the parabola with these sums, by Cramer; whether it has one."""
+    a = m[2] * m[4] - m[3] ** 2
+    b = m[1] * m[4] - m[2] * m[3]
+    c = m[1] * m[3] - m[2] ** 2
+    whole = m[0] * a - m[1] * b + m[2] * c
+    safe = whole > _SINGULAR * m[0] * m[2] * m[4]
+    value = (y[0] * a - y[1] * b + y[2] * c) / np.where(safe, whole, 1.0)
+    return value, safe
