@@ -288,6 +288,18 @@ def test_rewearing_without_a_calibration_or_with_one_of_another_glove_is_refused
     assert not (folder / "no.h5").exists()
 
 
+def test_rotations_that_are_too_unsure_are_named(folder, calibration):
+    strict = replace(APPLYING, apply=GloveApplyConfig(max_sigma_deg=0.5))
+    report = apply(folder / "w.h5", folder / "w2_motion.csv", calibration, strict)
+    assert report.figures["trusted"] == 0.0
+    told = next(text for text in report.warnings if "too unsure" in text)
+    assert "wrist_flexion" in told
+    assert "100 % of frames" in told
+    loose = replace(APPLYING, apply=GloveApplyConfig(max_sigma_deg=90.0))
+    report = apply(folder / "w.h5", folder / "w2_motion.csv", calibration, loose)
+    assert not any("too unsure" in text for text in report.warnings)
+
+
 def test_smoothing_takes_noise_out_of_angles(folder, session, calibration):
     errors = []
     truth = next(t for t in session.takes if t.name == "w2/motion").angles

@@ -42,6 +42,9 @@ FIGURES = {
     "sigma_deg": "mean sigma of the measured rotations [degrees]",
 }
 
+_OFTEN = 0.2
+"""Share of frames in which an unsure rotation is worth a word."""
+
 _UNEVEN = 0.1
 """Share of a frame by which times may be off an even rate."""
 
@@ -106,7 +109,7 @@ def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
         trusted = sure(calibration, variance, np.radians(settings.apply.max_sigma_deg))
         good = checks.usable(glove, readings)
         trusted &= good
-        tally.add(variance, trusted, good)
+        tally.add(variance, trusted, good, settings.apply.max_sigma_deg)
         scratch.add(
             angles=angles, sigma=sigma, trusted=trusted[:, None].astype(np.float64)
         )
@@ -127,6 +130,7 @@ class _Tally:
         self.step = 0.0
         self.remarks: dict[str, None] = {}
         self.foreign: dict[str, float] = {}
+        self.unsure: Any = 0
 
     def see(self, calibration: Calibration, times: Floats, readings: Floats) -> None:
         glove = calibration.glove
@@ -147,9 +151,10 @@ class _Tally:
         self.last = float(times[-1])
         self.frames += len(times)
 
-    def add(self, variance: Floats, trusted: Any, good: Any) -> None:
+    def add(self, variance: Floats, trusted: Any, good: Any, most: float) -> None:
         self.trusted += int(trusted.sum())
         self.missing += int((~np.asarray(good)).sum())
+        self.unsure = self.unsure + (variance > np.radians(most) ** 2).sum(axis=0)
         known = np.isfinite(variance)
         self.sum += float(np.sqrt(variance[known]).sum())
         self.count += int(known.sum())
@@ -251,6 +256,15 @@ def _warnings(calibration: Calibration, tally: _Tally, subject: Any) -> tuple[st
     lost -= {one.rotation for one in calibration.fits}
     if lost:
         told.append(f"{', '.join(sorted(lost))} are not calibrated and stay at zero")
+    order = [row.rotation for row in calibration.glove.measured]
+    shares = np.broadcast_to(tally.unsure / max(tally.frames, 1), len(order))
+    often = [k for k in np.argsort(-shares, kind="stable") if shares[k] > _OFTEN]
+    if often:
+        told.append(
+            f"{', '.join(order[k] for k in often)} are too unsure to be trusted in up "
+            f"to {100 * shares[often[0]]:.0f} % of frames; samples of them at more "
+            "angles would help"
+        )
     worn_by = getattr(subject, "name", "")
     if calibration.use != "fk" and worn_by and calibration.subject not in ("", worn_by):
         told.append(
