@@ -30,6 +30,7 @@ from handclean.io.hinge_fit import BoneFit, fit_hinges
 from handclean.io.joint_map import JointMap, check_bones, shipped
 from handclean.io.reading import AGREE, METRES, Reading, settle_rate, settle_unit
 from handclean.io.rotations import quaternion_from_matrix
+from handclean.io.writing import runs
 from handclean.recording import Event, Motion, Recording
 from handclean.tree import JointTree
 
@@ -127,7 +128,7 @@ def read_bvh_angles(
         motions={mapped.side: motion},
         events=tuple(
             Event(start=start, stop=stop, text="tracking jump, angles left out")
-            for start, stop in _runs(mapped.jumps)
+            for start, stop in runs(mapped.jumps)
         ),
         parameters={"BVH": _parameters(joint_map, mapped.fits)},
     )
@@ -406,7 +407,7 @@ def _jumps(angles: Floats, rate: float) -> Bools:
     jumps = np.zeros(len(angles), dtype=bool)
     for steps in np.diff(angles, axis=0).T:
         before = (0, 0.0)
-        for start, stop in _runs(np.abs(steps) > MAX_SPEED / rate):
+        for start, stop in runs(np.abs(steps) > MAX_SPEED / rate):
             height = float(steps[start:stop].sum())
             jumps[start : stop + 1] = True
             back = height * before[1] < 0
@@ -414,10 +415,3 @@ def _jumps(angles: Floats, rate: float) -> Bools:
                 jumps[before[0] : start] = True
             before = (stop, height)
     return jumps
-
-
-def _runs(marks: Bools) -> list[tuple[int, int]]:
-    """Where runs of True start and stop (exclusive)."""
-    edges = np.diff(np.concatenate([[0], marks.astype(np.int8), [0]]))
-    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    return list(zip(starts.tolist(), stops.tolist(), strict=True))

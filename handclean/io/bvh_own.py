@@ -137,7 +137,6 @@ def _motion(
         angles=angles,
         translation=joint_map.unit_m * places[:, root],
         rotation=quaternion_from_matrix(turns[:, root]),
-        trusted=np.ones(bvh.frames, dtype=bool),
     )
 
 

@@ -105,7 +105,10 @@ class Angles:
 
 
 def angles_of(recording: Recording) -> Angles:
-    """Gather the angles of all motions by joint: ``right:index_mcp``."""
+    """Gather the angles of all motions by joint: ``right:index_mcp``.
+
+    Where a motion is not trusted its angles are NaN: C3D calls points invalid, no more.
+    """
     labels: list[str] = []
     descriptions: list[str] = []
     parts: list[Floats] = []
@@ -113,6 +116,8 @@ def angles_of(recording: Recording) -> Angles:
         for joint, columns in _joints(motion).items():
             triple = np.zeros((len(motion.angles), 3))
             triple[:, : len(columns)] = motion.angles[:, columns]
+            if motion.trusted is not None:
+                triple[~motion.trusted] = np.nan
             parts.append(triple)
             labels.append(f"{name}:{joint}")
             kinds = [motion.names[c].removeprefix(f"{joint}_") for c in columns]

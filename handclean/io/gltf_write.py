@@ -14,7 +14,9 @@ The motion
     is one animation: a rotation for every bone with hinges, translation and rotation
     of the root, a key for every frame from time 0, to be interpolated linearly. A
     frame without a motion holds the last known pose, as in BVH. Quaternions do not
-    change their sign from frame to frame.
+    change their sign from frame to frame. Frames that are not trusted move like the
+    others; the animation's ``extras`` list them, ``{"not_trusted": {"right": [[500,
+    900]]}}``: by motion, from the first key, counted from 0, to before the last.
 """
 
 from collections.abc import Mapping
@@ -30,7 +32,7 @@ from handclean.hand.surface import Surface, rest_joints, vertex_normals
 from handclean.hand.template import FINGERS, bone_frame, distal_length
 from handclean.hand.template_surface import template_surface
 from handclean.io.gltf_block import INDICES, VERTICES, Block, write_file
-from handclean.io.writing import NO_TREE, held_poses, motions_of
+from handclean.io.writing import NO_TREE, held_poses, motions_of, runs
 from handclean.recording import Recording
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
@@ -61,12 +63,14 @@ class SkinnedHand:
     surface : its skin in the zero posture, or None.
     poses : (T, 7 + D), finite, in the order of the tree's hinges; one row for a hand
         that does not move.
+    doubt : first key, and the one behind the last, of each run that is not trusted.
     """
 
     name: str
     tree: JointTree
     surface: Surface | None
     poses: Floats
+    doubt: tuple[tuple[int, int], ...] = ()
 
 
 def write_glb(
@@ -110,13 +114,23 @@ def write_glb(
             notes.append(
                 f"{missing} frames without a pose of '{name}' hold the last one"
             )
+        doubt = () if motion.trusted is None else runs(~motion.trusted)
+        if count := sum(stop - start for start, stop in doubt):
+            notes.append(
+                f"{count} of {len(held)} frames of '{name}' are not trusted; they move "
+                "like the others, the animation's extras list them"
+            )
         surface = (surfaces or {}).get(name)
         if surface is None and tree.kind == "hand":
             surface = template_surface(tree)
         if surface is None:
             notes.append(f"'{name}' has no surface: its bones alone are written")
         head = f"{name}_" if len(motions) > 1 else ""
-        hands.append(SkinnedHand(name=head, tree=tree, surface=surface, poses=held))
+        hands.append(
+            SkinnedHand(
+                name=head, tree=tree, surface=surface, poses=held, doubt=tuple(doubt)
+            )
+        )
     if recording.up_axis not in _TO_Y:
         notes.append("the take does not say which way is up: z is taken")
     write_hands(path, hands, rate=recording.rate, up_axis=recording.up_axis)
@@ -187,14 +201,19 @@ def write_hands(
         "materials": materials,
     }
     if tracks.channels:
-        tree["animations"] = [
-            {
-                "name": "motion",
-                "channels": tracks.channels,
-                "samplers": tracks.samplers,
-            }
-        ]
+        animation: dict[str, Any] = {
+            "name": "motion",
+            "channels": tracks.channels,
+            "samplers": tracks.samplers,
+        }
+        if doubt := {_motion_name(hand): hand.doubt for hand in hands if hand.doubt}:
+            animation["extras"] = {"not_trusted": doubt}
+        tree["animations"] = [animation]
     write_file(path, {key: value for key, value in tree.items() if value != []}, block)
+
+
+def _motion_name(hand: SkinnedHand) -> str:
+    return hand.name.removesuffix("_") or hand.tree.side or hand.tree.kind
 
 
 def bone_quaternions(tree: JointTree, poses: Floats) -> Floats:

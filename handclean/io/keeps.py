@@ -21,10 +21,12 @@ class Part(NamedTuple):
     ----------
     name : what to call it in a warning.
     has : whether a take has it.
+    much : how much of it there is, to stand behind the name, or "".
     """
 
     name: str
     has: Callable[[Recording], bool]
+    much: Callable[[Recording], str] = lambda _: ""
 
 
 def _markers(take: Recording) -> bool:
@@ -57,6 +59,19 @@ def _angles(take: Recording) -> bool:
     return any(motion.names for motion in take.motions.values())
 
 
+def _in_doubt(take: Recording) -> int:
+    """Frames in which a hand is not trusted."""
+    doubt = np.zeros(take.frames, dtype=bool)
+    for motion in take.motions.values():
+        if motion.trusted is not None:
+            doubt |= ~motion.trusted
+    return int(doubt.sum())
+
+
+def _how_much_doubt(take: Recording) -> str:
+    return f"{_in_doubt(take)} of {take.frames} frames are not trusted"
+
+
 def _is_placed(motion: Motion) -> bool:
     return motion.translation is not None or motion.rotation is not None
 
@@ -80,6 +95,7 @@ PARTS = MappingProxyType(
         "residuals": Part("residuals and cameras", _residuals),
         "angles": Part("joint angles", _angles),
         "roots": Part("where the hand is", _roots),
+        "trust": Part("trust", lambda take: bool(_in_doubt(take)), _how_much_doubt),
         "skeletons": Part("joint trees", lambda take: bool(take.skeletons)),
         "events": Part("events", _events),
         "analog": Part("analog channels", lambda take: take.analog is not None),
@@ -98,11 +114,14 @@ KEEPS = MappingProxyType(
         ".c3d": frozenset(PARTS) - {"confidence", "roots", "skeletons", "events"},
         ".trc": frozenset({"markers", "points", "first_frame"}),
         ".csv": frozenset(
-            {"markers", "points", "marks", "angles", "roots", "first_frame", "up_axis"}
+            {
+                *{"markers", "points", "marks", "angles", "roots", "trust"},
+                *{"first_frame", "up_axis"},
+            }
         ),
-        ".mot": frozenset({"angles", "roots"}),
+        ".mot": frozenset({"angles", "roots", "trust"}),
         ".bvh": frozenset({"angles", "roots", "skeletons"}),
-        ".glb": frozenset({"angles", "roots", "skeletons", "up_axis"}),
+        ".glb": frozenset({"angles", "roots", "trust", "skeletons", "up_axis"}),
     }
 )
 
@@ -110,7 +129,11 @@ KEEPS = MappingProxyType(
 def lost(recording: Recording, suffix: str) -> tuple[str, ...]:
     """Say in one line what of a take a format cannot keep; nothing if it keeps all."""
     kept = KEEPS.get(suffix, frozenset(PARTS))
-    gone = [p.name for key, p in PARTS.items() if key not in kept and p.has(recording)]
+    gone = [
+        f"{part.name} ({much})" if (much := part.much(recording)) else part.name
+        for key, part in PARTS.items()
+        if key not in kept and part.has(recording)
+    ]
     if not gone:
         return ()
     name = suffix.removeprefix(".").upper()

@@ -9,8 +9,9 @@ OpenSim's documentation says that NaN "must be removed from mot files": one spoi
 whole column, which is splined. It also says that only in ``.sto`` files, otherwise the
 same, may times be spaced unevenly; but its reader asks no more of either than that they
 rise, and its filters resample times that are uneven. So frames in which something is
-missing are left out, and the others keep their times: nothing is invented, and who
-wants even times has OpenSim fill the holes, knowing that it does.
+missing or a hand is not trusted (a MOT has no room for saying so) are left out, and the
+others keep their times: nothing is invented, and who wants even times has OpenSim fill
+the holes, knowing that it does.
 """
 
 from collections.abc import Iterator
@@ -40,15 +41,19 @@ def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
     Raises
     ------
     FileError
-        If there are no angles, no frame is whole, or a name cannot stand in a MOT file.
+        If there are no angles, no frame is whole and trusted, or a name cannot stand in
+        a MOT file.
     """
     names, blocks = ["time"], [recording.times[:, None]]
     motions = motions_of(path, recording)
     notes: list[str] = []
+    trusted = np.ones(recording.frames, dtype=bool)
     for name, motion in motions.items():
-        if not finite(motion.poses).any():
-            notes.append(f"motion '{name}' is left out: it is missing throughout")
+        if why := _unusable(motion):
+            notes.append(f"motion '{name}' is left out: it is {why} throughout")
             continue
+        if motion.trusted is not None:
+            trusted &= motion.trusted
         head = "" if len(motions) == 1 else f"{name}_"
         for column, values in _columns(motion).items():
             names.append(head + column)
@@ -59,16 +64,27 @@ def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
             raise FileError(path, f"MOT cannot hold a column called {name!r}")
     table = np.column_stack(blocks)
     whole = finite(table)
-    if len(names) == 1 or not whole.any():
-        raise FileError(path, "nothing to write: in no frame all angles are known")
-    if not whole.all():
-        count = np.count_nonzero(~whole)
-        notes.append(
-            f"{count} of {len(whole)} frames are left out: something is missing in "
-            "them, and OpenSim takes no NaN"
-        )
-    write_lines(path, _lines(names, table[whole]))
+    if len(names) == 1 or not (whole & trusted).any():
+        wrong = "nothing to write: in no frame all angles are known and trusted"
+        raise FileError(path, wrong, ".h5 and .csv hold what is not trusted, marked")
+    for left_out, why in (
+        (~whole, "something is missing in them, and OpenSim takes no NaN"),
+        (whole & ~trusted, "they are not trusted, and MOT cannot say so"),
+    ):
+        if count := np.count_nonzero(left_out):
+            notes.append(f"{count} of {len(whole)} frames are left out: {why}")
+    write_lines(path, _lines(names, table[whole & trusted]))
     return tuple(notes)
+
+
+def _unusable(motion: Motion) -> str:
+    """Why no frame of a motion can be written; "" if one can."""
+    known = finite(motion.poses)
+    if not known.any():
+        return "missing"
+    if motion.trusted is not None and not (known & motion.trusted).any():
+        return "not trusted"
+    return ""
 
 
 def inspect_mot(path: Path) -> dict[str, Any]:

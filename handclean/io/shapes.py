@@ -122,7 +122,21 @@ def _motion(glb: Glb) -> dict[str, Any]:
     if not keys:
         return {}
     rate = float(f"{(keys - 1) / seconds:.6g}") if seconds > 0.0 else None
-    return {"frames": keys, "rate": rate, "duration_s": seconds}
+    about: dict[str, Any] = {"frames": keys, "rate": rate, "duration_s": seconds}
+    if doubt := _not_trusted(glb):
+        about["not_trusted"] = doubt
+    return about
+
+
+def _not_trusted(glb: Glb) -> dict[str, Any]:
+    """Frames that are not trusted, as a file of ours lists them."""
+    found: dict[str, Any] = {}
+    for animation in glb.rows("animations"):
+        extras = animation.get("extras")
+        listed = extras.get("not_trusted") if isinstance(extras, dict) else None
+        if isinstance(listed, dict):
+            found |= listed
+    return found
 
 
 def inspect_mesh(path: Path, *, unit: str | None = None) -> dict[str, Any]:

@@ -14,6 +14,8 @@ a JSON object: ``rate_hz``, ``unit`` (of lengths), ``first_frame``, ``up_axis`` 
     Where the root of a motion is and its unit quaternion, root to laboratory.
 hinge names
     Joint angles [degrees].
+trusted
+    1 where the frame's posture is trusted, else 0; if the take says so.
 
 If there are several motions their columns begin with ``MOTION:``. Other people's CSV
 files have three columns per marker, ``NAME-X``, ``NAME_X``, ``NAME.X`` or ``NAME X``,
@@ -54,6 +56,7 @@ from handclean.recording import Motion, Origin, Recording
 _MARK = "# handclean csv"
 _PLACE = ("root_tx", "root_ty", "root_tz")
 _TURN = ("root_qw", "root_qx", "root_qy", "root_qz")
+_TRUSTED = "trusted"
 _AXIS = re.compile(r"(?P<name>.*)[-_ .:](?P<axis>[XYZxyz])")
 _FRAME = {"frame", "frames", "frameno", "framenumber"}
 _TIME = {"time", "times", "timesec", "timeseconds"}
@@ -204,7 +207,7 @@ def _layout(path: Path, names: list[str], own: dict[str, Any]) -> _Layout:
         for hinge in hinges:
             if head + hinge not in at:
                 raise FileError(path, f"has no column '{head + hinge}'")
-        used |= {head + column for column in (*hinges, *_PLACE, *_TURN)}
+        used |= {head + column for column in (*hinges, *_PLACE, *_TURN, _TRUSTED)}
     frame = time = None
     markers: dict[str, dict[str, int]] = {}
     origins: dict[str, int] = {}
@@ -294,11 +297,15 @@ def _motion(
         if np.any(np.abs(length - 1) > 1e-3):
             raise FileError(path, f"motion '{name}': a quaternion's length is not 1")
         turn = turn / length
+    trusted = block((_TRUSTED,))
+    if trusted is not None and not np.isin(trusted, (0.0, 1.0)).all():
+        raise FileError(path, f"column '{head}{_TRUSTED}' should hold 0 or 1")
     return Motion(
         names=tuple(hinges),
         angles=np.radians(degrees),
         translation=None if place is None else in_metres(place, unit),
         rotation=turn,
+        trusted=None if trusted is None else trusted[:, 0] > 0.5,
     )
 
 
@@ -350,6 +357,10 @@ def _table(
         names += [head + hinge for hinge in motion.names]
         decimals += [9] * len(motion.names)
         blocks.append(np.degrees(motion.angles))
+        if motion.trusted is not None:
+            names.append(head + _TRUSTED)
+            decimals.append(0)
+            blocks.append(motion.trusted[:, None].astype(float))
     return names, decimals, blocks
 
 

@@ -292,7 +292,7 @@ def test_our_own_files_give_everything_back(side, forearm, own, rng, tmp_path):
     turn = rotations.matrix_from_quaternion(motion.rotation)
     expected = rotations.matrix_from_quaternion(poses[:, 3:7])
     np.testing.assert_allclose(turn, expected, rtol=0, atol=TEXT)
-    assert motion.trusted.all()
+    assert motion.trusted is None  # the file does not say
     assert (back.side, back.bones, back.hinges) == (side, tree.bones, tree.hinges)
     np.testing.assert_allclose(back.offsets, tree.offsets, atol=1e-11)
     np.testing.assert_allclose(back.axes, tree.axes, atol=1e-6)
@@ -312,7 +312,7 @@ def test_no_frame_of_our_own_files_is_taken_for_a_jump(rng, tmp_path):
     reading = read_bvh_angles(tmp_path / "a.bvh")
     motion = reading.recording.motions["right"]
     np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
-    assert motion.trusted.all()
+    assert motion.trusted is None  # the file does not say
     assert reading.traps == ()
 
 
