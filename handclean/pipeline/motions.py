@@ -1,4 +1,7 @@
-"""Joint angles of hands as layouts are made for, from takes of any format."""
+"""Joint angles of hands to learn from, from takes of any format.
+
+Nothing is learnt from a frame that is not trusted: its angles count as unknown.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, UsageError
+from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.pipeline import sessions
 from handclean.pipeline.batch import Source
 from handclean.tree import POSE_HEAD, JointTree
@@ -21,13 +24,15 @@ class HandMotion:
     where : file it is from.
     side : "left", "right", or "" if the file does not say.
     names : D angles.
-    poses : (T, 7 + D), NaN where unknown.
+    poses : (T, 7 + D), angles NaN where unknown or not trusted.
+    doubtful : frames that are not trusted.
     """
 
     where: str
     side: str
     names: tuple[str, ...]
     poses: Floats
+    doubtful: int = 0
 
 
 def read(source: Source, odd: list[str]) -> list[HandMotion]:
@@ -49,12 +54,18 @@ def read(source: Source, odd: list[str]) -> list[HandMotion]:
         tree = recording.skeletons.get(name)
         if tree is not None and tree.kind != "hand":
             continue
+        poses = motion.poses
+        doubt = np.zeros(len(poses), dtype=bool)
+        if motion.trusted is not None:
+            doubt = ~motion.trusted
+        poses[doubt, POSE_HEAD:] = np.nan
         found.append(
             HandMotion(
                 where=str(source.path),
                 side=tree.side if tree is not None else "",
                 names=motion.names,
-                poses=motion.poses,
+                poses=poses,
+                doubtful=int(doubt.sum()),
             )
         )
     if not found:
@@ -62,6 +73,46 @@ def read(source: Source, odd: list[str]) -> list[HandMotion]:
             source.path, "has no joint angles", "'handclean solve' adds them"
         )
     return found
+
+
+def left_out(motions: Sequence[HandMotion]) -> tuple[str, ...]:
+    """Say how many frames are not learnt from, and which takes have no others."""
+    told = []
+    if count := sum(motion.doubtful for motion in motions):
+        frames = sum(len(motion.poses) for motion in motions)
+        told.append(f"{count} of {frames} frames are not trusted: they are left out")
+    none = sorted({m.where for m in motions if 0 < m.doubtful == len(m.poses)})
+    if none and len(none) < len({motion.where for motion in motions}):
+        few = ", ".join(none[:3]) + (", ..." if len(none) > 3 else "")
+        told.append(f"no frame is trusted of {few}")
+    return tuple(told)
+
+
+def known(takes: Sequence[Floats]) -> int:
+    """Count the frames of (T, D) angles in which all are known."""
+    return sum(int(np.isfinite(take).all(axis=1).sum()) for take in takes)
+
+
+def expect_enough(takes: Sequence[Floats], least: int, what: str) -> None:
+    """Expect so many frames with all angles known and trusted.
+
+    Parameters
+    ----------
+    takes : (T, D) angles each, NaN where unknown or not trusted.
+    what : they are needed for.
+
+    Raises
+    ------
+    HandcleanError
+        If there are fewer.
+    """
+    frames = known(takes)
+    if frames < least:
+        count = f"{frames} frame{'s' * (frames != 1)}" if frames else "no frame"
+        raise HandcleanError(
+            f"inputs: have {count} in which all angles are known and trusted; "
+            f"{what} needs {least} at least"
+        )
 
 
 def common(motions: Sequence[HandMotion], tree: JointTree) -> tuple[str, ...]:

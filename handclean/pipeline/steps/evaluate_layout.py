@@ -16,7 +16,7 @@ from handclean.pipeline.outcome import Outcome
 
 FIGURES = {
     "takes": "motions the layouts are judged on",
-    "frames": "their frames",
+    "frames": "their frames in which all angles are known and trusted",
     "anchor": "whether the wrist's place was known",
     "layouts": "errors of each: standard and subspace inverse kinematics, mean and "
     "largest distance of vertices of all skin and of the fingers' [mm], mean "
@@ -49,6 +49,8 @@ def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Ou
     worn = wearer(sources[0], [motion.side for motion in taken], forearm=forearm)
     motions.common(taken, worn.tree)
     poses = [motions.on_tree(motion, worn.tree) for motion in taken]
+    poses = [part for part in poses if len(part)]
+    motions.expect_enough(poses, 1, "judging a layout")
     prior = hands.prior(sources[0])
     found: dict[str, dict[str, Errors]] = {}
     try:
@@ -97,7 +99,7 @@ def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Ou
         line=line,
         details=_in_text(found, counts),
         figures=figures,
-        warnings=tuple(odd),
+        warnings=(*odd, *motions.left_out(taken)),
     )
 
 

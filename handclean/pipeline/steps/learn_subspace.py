@@ -6,17 +6,18 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, UsageError
+from handclean.errors import UsageError
 from handclean.ik import prior
 from handclean.io.prior import write_prior
-from handclean.pipeline import sessions
+from handclean.pipeline import motions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import LearnConfig
 from handclean.pipeline.outcome import Entry, Outcome
 
 FIGURES = {
     "takes": "motions that were learnt from",
-    "frames": "their frames",
+    "frames": "their frames in which all angles are known and trusted",
+    "left_out": "frames that are not trusted, or in which an angle is not known",
     "angles": "joint angles of a posture",
     "directions": "directions that are kept",
     "share": "share of the variance the first 1, 2, ... directions hold",
@@ -26,19 +27,27 @@ FIGURES = {
     "held_out_misfit_deg": "RMS angle that all directions leave of those",
 }
 
-Named = tuple[tuple[str, ...], Floats]
+FEW = 10
+"""Frames for each angle; a prior of fewer is warned of."""
 
 
 def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcome:
-    """Learn a mean and directions, and say what they hold of takes held out."""
+    """Learn a mean and directions, and say what they hold of takes held out.
+
+    D angles take more than D frames: with fewer the directions are those frames.
+    """
     odd: list[str] = []
-    learnt_from = [motion for source in sources for motion in angles_of(source, odd)]
+    learnt_from = [motion for source in sources for motion in motions.read(source, odd)]
     names = tuple(
-        name for name in learnt_from[0][0] if all(name in n for n, _ in learnt_from)
+        name
+        for name in learnt_from[0].names
+        if all(name in motion.names for motion in learnt_from)
     )
     if not names:
         raise UsageError("inputs: have no joint angle in common")
     takes = [in_order(names, motion) for motion in learnt_from]
+    motions.expect_enough(takes, len(names) + 1, f"a prior of {len(names)} angles")
+    takes = [take for take in takes if motions.known([take])]
     found = prior.learn(
         takes,
         names,
@@ -50,9 +59,11 @@ def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcom
     def write(path: Path, provenance: tuple[Entry, ...]) -> None:
         write_prior(path, found, provenance)
 
+    frames = motions.known(takes)
     figures: dict[str, Any] = {
         "takes": len(takes),
-        "frames": sum(map(len, takes)),
+        "frames": frames,
+        "left_out": sum(len(motion.poses) for motion in learnt_from) - frames,
         "angles": len(names),
         "directions": len(found.deviations),
         "share": np.cumsum(found.variance_share),
@@ -66,49 +77,29 @@ def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcom
     if "held_out_covered" in figures:
         line += f", {100 * figures['held_out_covered']:.1f} % of those held out"
     first = f"{sources[0].path}: "  # of which a warning speaks anyway
-    warnings = tuple(text.removeprefix(first) for text in odd)
-    return Outcome(line=line, figures=figures, warnings=warnings, writers=(write,))
-
-
-def angles_of(source: Source, odd: list[str]) -> list[Named]:
-    """Names and (T, D) angles of every hand of a take.
-
-    Parameters
-    ----------
-    odd : what is odd about the file is appended.
-
-    Raises
-    ------
-    FileError
-        If it has none.
-    """
-    recording = sessions.read(source)
-    odd += [f"{source.path}: {trap}" for trap in sessions.traps(source, recording)]
-    found = [
-        (motion.names, motion.angles)
-        for name, motion in recording.motions.items()
-        if name not in recording.skeletons or recording.skeletons[name].kind == "hand"
-    ]
-    if not found:
-        raise FileError(
-            source.path, "has no joint angles", "'handclean solve' adds them"
+    warnings = [text.removeprefix(first) for text in odd]
+    warnings += motions.left_out(learnt_from)
+    if frames < FEW * len(names):
+        warnings.append(
+            f"learnt from {frames} frames only: its directions may be those of chance"
         )
-    return found
+    return Outcome(
+        line=line, figures=figures, warnings=tuple(warnings), writers=(write,)
+    )
 
 
-def in_order(names: tuple[str, ...], motion: Named) -> Floats:
-    """(T, D) angles of these names.
+def in_order(names: tuple[str, ...], motion: motions.HandMotion) -> Floats:
+    """(T, D) angles of these names, NaN where unknown or not trusted.
 
     Raises
     ------
     UsageError
         If a motion lacks one.
     """
-    has, angles = motion
-    missing = [name for name in names if name not in has]
+    missing = [name for name in names if name not in motion.names]
     if missing:
         raise UsageError(f"--held-out: a take has no angle {missing[0]}")
-    return np.ascontiguousarray(angles[:, [has.index(name) for name in names]])
+    return motions.angles(motion, names)
 
 
 def _held_out(
@@ -117,8 +108,11 @@ def _held_out(
     given = [p for role, p in source.files.items() if role.startswith("held_out")]
     if not given:
         return {}
-    motions = [motion for path in given for motion in angles_of(Source(path=path), odd)]
-    angles = np.concatenate([in_order(found.names, motion) for motion in motions])
+    taken = [m for path in given for m in motions.read(Source(path=path), odd)]
+    odd += [f"--held-out: {text}" for text in motions.left_out(taken)]
+    angles = np.concatenate([in_order(found.names, motion) for motion in taken])
+    if motions.known([angles]) < 2:
+        raise UsageError("--held-out: fewer than 2 frames are known and trusted")
     share = prior.coverage(found, angles)
     return {
         "held_out_share": share,

@@ -31,7 +31,7 @@ from handclean.tree import MIRROR, JointTree
 FIGURES = {
     "method": "how it was found",
     "takes": "motions it is for",
-    "frames": "their frames",
+    "frames": "their frames in which all angles are known and trusted",
     "keyframes": "postures of them that count",
     "unknowns": "of the posture: directions or angles, the hand's rotation, and its "
     "place without an anchor",
@@ -74,6 +74,10 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
     tree, surface = worn.tree, worn.surface
     names = motions.common(taken, tree)
     takes = [motions.angles(motion, names) for motion in taken]
+    learns = "prior" not in sources[0].files and not settings.layout.full
+    what = f"a subspace of {len(names)} angles" if learns else "a layout"
+    motions.expect_enough(takes, len(names) + 1 if learns else 1, what)
+    takes = [take for take in takes if motions.known([take])]
     given = None
     if settings.from_set:
         given = _glued(settings, tree)
@@ -96,11 +100,14 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
         details=_in_rows(found, markers.labels),
         figures={
             "takes": len(takes),
-            "frames": sum(map(len, takes)),
+            "frames": motions.known(takes),
             **_figures(found, problem, markers.labels),
             **({"tried_mm": errors} if errors else {}),
         },
-        warnings=tuple(text.removeprefix(first) for text in odd),
+        warnings=(
+            *(text.removeprefix(first) for text in odd),
+            *motions.left_out(taken),
+        ),
         writers=_writers(markers, found, worn, settings),
     )
 
