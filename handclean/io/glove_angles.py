@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handclean.arrays import Floats
-from handclean.io.h5 import _LIBRARY, _put, _put_attrs, _storage
+from handclean.io.h5 import LIBRARY, put, put_attrs, storage_of
 from handclean.io.parts import Part
 from handclean.io.session import write_session
 from handclean.io.writing import unwritable
@@ -47,28 +47,28 @@ def write_long(
     """
     write_session(path, take)
     try:
-        with h5py.File(path, "r+", libver=_LIBRARY) as file:
+        with h5py.File(path, "r+", libver=LIBRARY) as file:
             group = file.create_group("motion").create_group(name)
-            _put(group, Part(items={"names": list(hinges)}), str(path))
+            put(group, Part(items={"names": list(hinges)}), str(path))
             for key, (values, units) in sorted(motion.items()):
                 _write(group, key, values, units)
             if tips is not None:
                 labels, places = tips
                 group = file.create_group("markers")
                 own = {"labels": list(labels), "model": [name] * len(labels)}
-                _put(group, Part(items=own), str(path))
+                put(group, Part(items=own), str(path))
                 _write(group, "positions", places, "m")
     except OSError as error:
         raise unwritable(path, error) from None
 
 
 def _write(group: h5py.Group, key: str, values: NDArray[Any], units: str) -> None:
-    storage = _storage(values)
+    storage = storage_of(values)
     dataset = group.create_dataset(key, values.shape, values.dtype, **storage)
     for begin in range(0, len(values), _PIECE):
         rows = slice(begin, begin + _PIECE)
         dataset[rows] = values[rows]
-    _put_attrs(dataset, {"units": units})
+    put_attrs(dataset, {"units": units})
 
 
 def with_motion(

@@ -37,7 +37,7 @@ from handclean.io.parts import Array, Fact, Part
 from handclean.io.reading import text
 from handclean.io.writing import unwritable
 
-_LIBRARY = ("v110", "v110")
+LIBRARY = ("v110", "v110")
 """HDF5 1.10 (2016) and later read it; its metadata carry checksums."""
 
 _COMPRESS = 4096
@@ -100,29 +100,31 @@ def _image(format_name: str, version: int, part: Part, where: str) -> tuple[byte
     It is built in memory: over a full disk the library would take the process down.
     """
     memory = {"driver": "core", "backing_store": False, "block_size": _GROWS}
-    with h5py.File(where, "w", libver=_LIBRARY, **memory) as file:
-        _put_attrs(file, {"format": format_name, "version": version})
-        _put(file, part, where)
+    with h5py.File(where, "w", libver=LIBRARY, **memory) as file:
+        put_attrs(file, {"format": format_name, "version": version})
+        put(file, part, where)
         at = seal.put(file)
         image: bytes = file.id.get_file_image()
     return image, at
 
 
-def _put(group: h5py.Group, part: Part, where: str) -> None:
-    _put_attrs(group, part.attrs)
+def put(group: h5py.Group, part: Part, where: str) -> None:
+    """Write a part into an open group; errors name it ``where``."""
+    put_attrs(group, part.attrs)
     for name, item in sorted(part.items.items()):
         inner, key = f"{where}/{name}", _escaped(name)
         if isinstance(item, Part):
-            _put(group.create_group(key), item, inner)
+            put(group.create_group(key), item, inner)
         elif isinstance(item, Mapping):
-            _put(group.create_group(key), Part({"kind": "dict"}, item), inner)
+            put(group.create_group(key), Part({"kind": "dict"}, item), inner)
         else:
             kind, values, units = _encoded(item, inner)
-            dataset = group.create_dataset(key, data=values, **_storage(values))
-            _put_attrs(dataset, {"units": units} | ({"kind": kind} if kind else {}))
+            dataset = group.create_dataset(key, data=values, **storage_of(values))
+            put_attrs(dataset, {"units": units} | ({"kind": kind} if kind else {}))
 
 
-def _put_attrs(target: h5py.HLObject, attrs: Mapping[str, Fact]) -> None:
+def put_attrs(target: h5py.HLObject, attrs: Mapping[str, Fact]) -> None:
+    """Write attributes, text as UTF-8 of variable length."""
     for name, fact in sorted(attrs.items()):
         if isinstance(fact, str):
             target.attrs.create(name, _utf8(fact), dtype=_TEXT)
@@ -188,7 +190,7 @@ def _checked(values: NDArray[Any], where: str) -> NDArray[Any]:
     return values
 
 
-def _storage(values: NDArray[Any]) -> dict[str, Any]:
+def storage_of(values: NDArray[Any]) -> dict[str, Any]:
     """How a dataset is laid out: large ones in compressed pieces along T."""
     if values.ndim == 0 or values.dtype == _TEXT or values.nbytes < _COMPRESS:
         return {"track_times": False}
