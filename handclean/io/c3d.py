@@ -28,9 +28,9 @@ untouched that no step has changed.
 The parts, each on those before: ``c3d_numbers`` (processors), ``c3d_parameters`` and
 ``c3d_edit`` (the parameter section), ``c3d_samples`` (the four words of a point),
 ``c3d_layout`` (which of a file's claims are true), ``c3d_head``, ``c3d_remarks``,
-``c3d_structure`` (a file opened); ``c3d_decode``, ``c3d_analog``, ``c3d_events`` for
-reading; ``c3d_columns``, ``c3d_writing``, ``c3d_again``, ``c3d_new``, ``c3d_write`` for
-writing.
+``c3d_structure`` (a file opened); ``c3d_columns``, ``c3d_writing``, ``c3d_marks`` (what
+was filled) for both; ``c3d_decode``, ``c3d_analog``, ``c3d_events`` for reading;
+``c3d_again``, ``c3d_new``, ``c3d_write`` for writing.
 """
 
 import re

@@ -7,12 +7,24 @@ import numpy as np
 
 from handclean.io.c3d_analog import analog_rows, channels_of, gains_of
 from handclean.io.c3d_columns import Angles, Columns
-from handclean.io.c3d_edit import with_floats, with_shorts, with_strings
+from handclean.io.c3d_edit import (
+    with_floats,
+    with_shorts,
+    with_strings,
+    without_group,
+)
 from handclean.io.c3d_head import (
     with_frames,
     with_header_floats,
     with_header_shorts,
     with_section,
+)
+from handclean.io.c3d_marks import (
+    GROUP,
+    NO_MARKS,
+    is_unrecorded,
+    marks_of,
+    with_marks,
 )
 from handclean.io.c3d_numbers import Words
 from handclean.io.c3d_parameters import BLOCK, Section
@@ -54,6 +66,16 @@ def same_file(
         section = _with_labels(section, columns, source.points)
         head = with_header_shorts(head, {1: len(columns.columns)})
     section = with_angles(section, angles)
+    unrecorded = coding == source.coding and is_unrecorded(source)
+    filled = marks_of(recording, columns, coding) if unrecorded else NO_MARKS
+    marked = with_marks(section, filled)
+    if marked is None:
+        notes.append(
+            "which samples are filled is not kept: residuals of the source were not "
+            "recorded, and the file has no room for a list of its gaps"
+        )
+        marked = without_group(section, GROUP)
+    section = marked
     if coding.scale != source.coding.scale:
         section = with_floats(section, "POINT", "SCALE", coding.scale)
         head = with_header_floats(head, {12: coding.scale})
@@ -82,6 +104,7 @@ def same_file(
         analog=analog,
         tail=_tail(source, len(columns.columns)),
         turn=turn,
+        unrecorded=unrecorded,
         notes=tuple(notes),
     )
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from handclean.arrays import Bytes
 from handclean.errors import UsageError
 from handclean.io.c3d_columns import as_slice
+from handclean.io.c3d_marks import apply_marks, read_marks
 from handclean.io.c3d_remarks import some_of
 from handclean.io.c3d_samples import (
     Coding,
@@ -102,6 +103,11 @@ def decode_points(
                 loose.add(begin, here, some, columns.loose)
     if not tally.recorded:
         found.origin[found.origin == Origin.FILLED] = Origin.MEASURED
+        if marks := read_marks(structure.head.section):
+            points = words.reshape(-1, structure.points, 4)
+            tally.listed = apply_marks(
+                marks, points, coding, columns.markers, found.origin
+            )
     return _markers(found, source, columns), loose.points()
 
 
@@ -178,6 +184,16 @@ def decisions(tally: Tally, labels: list[str], zeros_are_missing: bool) -> list[
         notes.append(
             f"{tally.computed} points have residual 0 where others have one: they were "
             "interpolated or computed and do not count as measured"
+        )
+    if tally.listed > 0:
+        notes.append(
+            f"{tally.listed} points are listed in HANDCLEAN:FILLED: they were filled "
+            "and do not count as measured"
+        )
+    if tally.listed < 0:
+        notes.append(
+            "HANDCLEAN:FILLED lists other samples than these: which of them were "
+            "filled is not known"
         )
     if tally.strange:
         notes.append(f"{tally.strange} points with a senseless fourth word are missing")

@@ -62,10 +62,15 @@ def with_text(section: Section, group: str, name: str, value: str) -> Section:
 
 
 def with_shorts(
-    section: Section, group: str, name: str, values: Sequence[int] | int
+    section: Section,
+    group: str,
+    name: str,
+    values: Sequence[int] | int,
+    dims: tuple[int, ...] | None = None,
 ) -> Section:
     """Set 16-bit integers, given unsigned; one number has no dimension."""
-    dims = () if isinstance(values, int) else (len(values),)
+    if dims is None:
+        dims = () if isinstance(values, int) else (len(values),)
     signed = np.atleast_1d(np.array(values, np.uint16)).view(np.int16)
     data = words_from_shorts(signed, section.processor).tobytes()
     return with_parameter(section, group, name, SHORTS, dims, data)
@@ -119,6 +124,15 @@ def with_parameter(
     last = max(i for i, e in enumerate(section.entries) if e.group == number)
     entries = (*section.entries[: last + 1], new, *section.entries[last + 1 :])
     return replace(section, entries=entries)
+
+
+def without_group(section: Section, group: str) -> Section:
+    """Remove all groups of a name with what is in them."""
+    gone = {e.group for e in section.entries if e.is_group and same_name(e.name, group)}
+    if not gone:
+        return section
+    kept = tuple(entry for entry in section.entries if entry.group not in gone)
+    return replace(section, entries=kept)
 
 
 def _with_group(section: Section, group: str) -> tuple[Section, int]:

@@ -14,7 +14,8 @@ coordinate is not finite.
 
 Word 0 says that a point was interpolated, filtered or otherwise computed. It is
 believed (`Origin.FILLED`) in files that hold other words as well; where all words are
-0, residuals were just not recorded and the points count as measured.
+0, residuals were just not recorded and the points count as measured, but for those
+that handclean lists (`handclean.io.c3d_marks`).
 """
 
 from dataclasses import dataclass, field
@@ -91,6 +92,7 @@ class Tally:
     not_finite : NaN or infinite coordinates of points not marked missing.
     zeros : points at (0, 0, 0) not marked missing, by column.
     extreme : integer coordinates at the end of their range.
+    listed : that `handclean.io.c3d_marks` lists as filled; -1 if those are others.
     """
 
     samples: int = 0
@@ -103,6 +105,7 @@ class Tally:
     unsigned: int = 0
     not_finite: int = 0
     extreme: int = 0
+    listed: int = 0
     zeros: dict[int, int] = field(default_factory=dict)
 
 

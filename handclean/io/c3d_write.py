@@ -17,6 +17,9 @@ smoothed
 missing,   the source's own words where the source has no point either; else
 rejected   -1 with zeros for coordinates
 =========  ====================================================================
+
+Where the source's fourth words are all 0 (residuals were not recorded), so are those of
+all points, and `handclean.io.c3d_marks` lists what was filled.
 """
 
 from collections.abc import Iterator
@@ -144,6 +147,8 @@ def _point_words(writing: Writing, rows: slice) -> Words:
 def _encoded(writing: Writing, rows: slice, block: _Block, which: Bools) -> Words:
     """(B, C, 4) words made from scratch; only ``which`` samples have their residual."""
     _put_residuals(writing, rows, block, which)
+    if writing.unrecorded:
+        block.word[block.word > 0] = 0
     block.numbers[..., 3] = block.word
     block.numbers[block.word < 0] = (0.0, 0.0, 0.0, MISSING_WORD)
     return writing.coding.words(block.numbers)

@@ -58,6 +58,8 @@ class Writing:
     source : whose words are copied where nothing has changed; or None.
     analog : (T, words) file words, or None where the source's are copied.
     turn : what one radian is in an angle's coordinate.
+    unrecorded : whether all fourth words are 0 where there is a point, as in the
+        source; `handclean.io.c3d_marks` says what was filled.
     notes : what the file cannot hold or how it was met, one line each.
     """
 
@@ -70,6 +72,7 @@ class Writing:
     analog: Words | None = None
     tail: bytes | None = None
     turn: float = 180.0 / np.pi
+    unrecorded: bool = False
     notes: tuple[str, ...] = ()
 
 
