@@ -24,7 +24,8 @@ Decorator = Callable[[Function], Function]
 CONFIG = "handclean.config"
 """Where the click context keeps the configuration file."""
 
-PATH = click.Path(path_type=Path)
+PATH = click.Path(path_type=Path, readable=False)
+"""A path that is not looked at here: one that cannot be read fails its own input."""
 
 
 def _positive(
@@ -32,6 +33,18 @@ def _positive(
 ) -> float | None:
     if value is not None and not (math.isfinite(value) and value > 0.0):
         raise click.BadParameter(f"should be a number above 0, not {value}")
+    return value
+
+
+def _output(
+    context: click.Context, parameter: click.Parameter, value: str | None
+) -> str | None:
+    if value is not None and not value.strip():
+        raise click.BadParameter("is empty; it should name a file or a folder")
+    if value == "-":
+        raise click.BadParameter(
+            "'-' is no place to write to; outputs are files, './-' a folder so called"
+        )
     return value
 
 
@@ -75,6 +88,7 @@ output = click.option(
     "-o",
     "--output",
     metavar="OUT",
+    callback=_output,
     help="Where to: a file, whose suffix picks the format, or a folder.",
 )
 file_format = click.option(

@@ -165,3 +165,20 @@ def program_run(program):
         return out
 
     return run
+
+
+def test_what_cannot_be_read_is_left_to_its_own_input(call, folder, monkeypatch):
+    for name in ("a.c3d", "s.h5"):
+        (folder / name).touch()
+    monkeypatch.setattr("os.access", lambda *_: False)
+    batch, _ = call("a.c3d", "b.c3d", "--subject", "s.h5", "-o", "out")
+    assert batch.inputs == (Path("a.c3d"), Path("b.c3d"))
+
+
+@pytest.mark.parametrize(
+    ("place", "wrong"), [("-", "'-' is no place"), ("", "is empty"), (" ", "is empty")]
+)
+def test_an_output_has_a_name(call, place, wrong):
+    said = " ".join(call("a.c3d", "-o", place).split())
+    assert "Invalid value for '-o' / '--output'" in said
+    assert wrong in said
