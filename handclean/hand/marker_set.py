@@ -29,6 +29,13 @@ SHIPPED = Path(__file__).parents[1] / "data" / "marker_sets"
 _KEYS = {"name", "side", "source", "kind", "marker", "forearm", "note"}
 _MARKER_KEYS = {"label", "bone", "at", "vertex", "lift"}
 
+_NEAR = 4.0
+"""[mm] no marker on the skin is nearer to the joint of its bone."""
+
+_FAR = {"hand": 300.0, "forearm": 400.0}
+_FAR_FINGER = 100.0
+"""[mm] no marker is farther from its bone's joint, on a rod either."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MarkerSet:
@@ -129,6 +136,8 @@ def _from_toml(path: Path, content: dict[str, Any]) -> MarkerSet:
         for bone in bones:
             if bone not in known:
                 raise UnknownNameError(path, "bone", bone, known)
+    at = np.array([row[2] for row in rows])
+    _expect_millimetres(path, kind, labels, bones, at)
     return MarkerSet(
         name=str(content.get("name", path.stem)),
         source=str(content.get("source", "")),
@@ -136,8 +145,40 @@ def _from_toml(path: Path, content: dict[str, Any]) -> MarkerSet:
         side=side,
         labels=tuple(labels),
         bones=bones,
-        at=np.array([row[2] for row in rows]) / 1e3,
+        at=at / 1e3,
     )
+
+
+def _expect_millimetres(
+    path: Path, kind: str, labels: list[str], bones: tuple[str, ...], at: Floats
+) -> None:
+    """Expect (M, 3) places of another unit's size nowhere.
+
+    Places in the joints themselves say nothing: sets of joints have them.
+    """
+    away = np.linalg.norm(at, axis=1)
+    placed = away[away > 0.0]
+    middle = float(np.median(placed)) if len(placed) else np.inf
+    if middle < (_NEAR if kind == "hand" else 1.0):
+        if kind == "hand":
+            raise FileError(
+                path,
+                f"its markers lie {middle:.2g} mm from their joints (median), inside "
+                "the fingers",
+                f"at is in millimetres; are these {'m' if middle < 0.4 else 'cm'}?",
+            )
+        wrong = f"its markers lie {middle:.2g} mm from its origin (median)"
+        raise FileError(path, wrong, "at is in millimetres; are these m?")
+    if kind != "hand":
+        return
+    for label, bone, far in zip(labels, bones, away.tolist(), strict=True):
+        most = _FAR.get(bone, _FAR_FINGER)
+        if far > most:
+            raise FileError(
+                path,
+                f"marker '{label}' lies {far:.4g} mm from the joint of {bone}",
+                f"at is in millimetres, and no marker is farther than {most:g}",
+            )
 
 
 def _tables(rows: list[Any]) -> list[tuple[int, dict[str, Any]]]:
