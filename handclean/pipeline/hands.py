@@ -15,18 +15,19 @@ from handclean.pipeline import needs, record
 from handclean.pipeline.batch import Batch, Source
 
 
-def check(batch: Batch, *, marked: bool = False) -> None:
+def check(batch: Batch, *, marked: bool = False, least: int = 1) -> None:
     """Look at what the command line says of hands before anything is done with it.
 
     Parameters
     ----------
     marked : whether subjects should have markers.
+    least : markers that a subject or the marker set should have, if any.
 
     Raises
     ------
     UsageError
         If a subject, the marker set or the prior is not there or not one, if two
-        subjects are of the same side, or if one has no markers and should.
+        subjects are of the same side, or if one has too few markers.
     """
     found = []
     for path in batch.subjects:
@@ -35,10 +36,13 @@ def check(batch: Batch, *, marked: bool = False) -> None:
             found.append((path, read_subject(path)))
     _of_side(found, batch.side)
     if marked:
-        _expect_markers(found)
+        _expect_markers(found, least)
     if batch.marker_set:
         with _usage("--marker-set"):
-            load_marker_set(batch.marker_set)
+            labels = load_marker_set(batch.marker_set).labels
+        if marked:
+            _expect_enough(f"--marker-set {batch.marker_set}", len(labels), least)
+            _expect_worn(batch.marker_set, found)
     if given := batch.files.get("prior"):
         with _usage("--prior"):
             record.digest(given)
@@ -56,7 +60,9 @@ def _usage(option: str) -> Iterator[None]:
         raise UsageError(place + text) from None
 
 
-def subjects(source: Source, *, marked: bool = False) -> Mapping[str, Subject]:
+def subjects(
+    source: Source, *, marked: bool = False, least: int = 1
+) -> Mapping[str, Subject]:
     """Subjects by the name of their skeleton and motion: "right", "right_2".
 
     Without a subject file the template hand wears the marker set.
@@ -64,22 +70,26 @@ def subjects(source: Source, *, marked: bool = False) -> Mapping[str, Subject]:
     Parameters
     ----------
     marked : whether they should have markers.
+    least : how many, if so.
 
     Raises
     ------
     UsageError
         If neither is given, none of the subjects is of the side asked for, two are
-        of the same side, or one has no markers and should.
+        of the same side, or one has too few markers.
     HandcleanError
         If a file is not what it should be.
     """
     if not source.subjects:
         found = [_template(source)]
+        if marked:
+            count = len(found[0].model.labels)
+            _expect_enough(f"--marker-set {source.marker_set}", count, least)
     else:
         read = [(path, read_subject(path)) for path in source.subjects]
         found = _of_side(read, source.side)
         if marked:
-            _expect_markers(read)
+            _expect_markers(read, least)
     named: dict[str, Subject] = {}
     for subject in found:
         name = subject.model.tree.side or subject.model.tree.kind
@@ -95,6 +105,13 @@ def _of_side(found: Sequence[tuple[Path, Subject]], side: str) -> list[Subject]:
         if found and not chosen:
             raise UsageError(f"--side {side}: no subject is of that side")
         found = chosen
+    sides = {subject.model.tree.side for _, subject in found}
+    if side == "both" and found and not sides >= {"left", "right"}:
+        given = " and ".join(sorted(sides - {""})) or "no"
+        raise UsageError(
+            f"--side both: of the subjects there is a {given} hand only; give a "
+            "--subject for each hand"
+        )
     paths = defaultdict(list)
     for path, subject in found:
         paths[subject.model.tree.side].append(str(path))
@@ -107,23 +124,51 @@ def _of_side(found: Sequence[tuple[Path, Subject]], side: str) -> list[Subject]:
     return [subject for _, subject in found]
 
 
-def _expect_markers(found: Sequence[tuple[Path, Subject]]) -> None:
+def _expect_markers(found: Sequence[tuple[Path, Subject]], least: int) -> None:
     """Expect markers on every subject; those of a scan have none yet."""
     for path, subject in found:
         if not subject.model.labels:
             right = f"calibrate-hand markers --subject {path} finds them"
             raise UsageError(f"{path}: has no markers; {right}")
+        _expect_enough(path, len(subject.model.labels), least)
+
+
+def _expect_enough(where: object, count: int, least: int) -> None:
+    if count < least:
+        raise UsageError(
+            f"{where}: has {count} marker{'s' * (count != 1)}; labelling needs {least} "
+            "at least ('solve' takes fewer, of takes that are labelled)"
+        )
+
+
+def _expect_worn(name: str, found: Sequence[tuple[Path, Subject]]) -> None:
+    """Expect subjects to wear a marker set; their own places hold in any case.
+
+    Raises
+    ------
+    UsageError
+        If one wears another.
+    """
+    wanted = load_marker_set(name).name
+    for path, subject in found:
+        if subject.marker_set != wanted:
+            worn = subject.marker_set or "markers of its own"
+            raise UsageError(
+                f"--marker-set {name}: {path} wears {worn}; a subject knows its "
+                "markers: leave --marker-set out, or --subject"
+            )
 
 
 def only_subject(source: Source) -> tuple[str, Subject]:
-    """Return the only subject, with markers, and its name as in `subjects`.
+    """Return the only subject, with markers to label, and its name as in `subjects`.
 
     Raises
     ------
     UsageError
         If there are several; and as `subjects`.
     """
-    found = list(subjects(source, marked=True).items())
+    least = needs.LEAST["label"]
+    found = list(subjects(source, marked=True, least=least).items())
     if len(found) > 1:
         raise UsageError(
             f"--subject: {len(found)} hands cannot be labelled at once yet; "

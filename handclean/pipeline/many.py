@@ -110,7 +110,11 @@ def _check_hands(work: Work, batch: Batch, tasks: Sequence[Task]) -> None:
     """Find what is wrong with subjects, marker set and prior before the first input."""
     if batch.subjects or batch.marker_set or "prior" in batch.files:
         hands = import_module("handclean.pipeline.hands")  # late: it is heavy
-        hands.check(batch, marked=work.command in needs.HAND)
+        hands.check(
+            batch,
+            marked=work.command in needs.HAND,
+            least=needs.LEAST.get(work.command, 1),
+        )
     needs.expect(work, tasks)
 
 

@@ -8,6 +8,9 @@ from handclean.pipeline.batch import Task, Work
 HAND = ("clean", "label", "fill-gaps", "solve")
 """Commands that need a hand with markers."""
 
+LEAST = {"clean": 4, "label": 4}
+"""Markers that commands need, where one is too few: fewer points are no hand's."""
+
 MARKER_SET = ("calibrate-hand markers",)
 """Commands that need to know what markers are called."""
 

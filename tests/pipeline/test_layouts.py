@@ -148,6 +148,17 @@ def test_what_is_painted_red_has_no_marker(run):
     assert not fingers[json.loads(out)["vertices"]].any()
 
 
+def test_a_layout_nobody_could_use_is_warned_of(run):
+    words = ("--full", "--markers", "12", "--marker-mm", "50")
+    status, _, err = run("a.h5", "-o", "many.toml", *words, *QUICK)
+    assert status == 0
+    assert "are 50 mm wide: they touch; take fewer than 12" in err
+    words = ("--markers", "2", "--dimensions", "3")
+    status, _, err = run("a.h5", "-o", "two.toml", *words, *QUICK)
+    assert status == 0
+    assert "2 markers can be solved but not labelled" in err
+
+
 def test_layouts_are_judged_on_other_motion(run):
     assert run("a.h5", "-o", "j.toml", "--markers", "6", *QUICK)[0] == 0
     assert run("a.h5", "-o", "j.h5")[0] == 2

@@ -99,3 +99,88 @@ def test_a_missing_marker_set_is_found_before_a_calibration_reads_anything(tmp_p
     batch = Batch(inputs=(tmp_path / "none.c3d",), output="S.h5")
     with pytest.raises(UsageError, match=r"^--marker-set: is missing"):
         many.reduce(Work.of("calibrate-hand markers", batch), batch)
+
+
+def a_subject(name, markers=slice(None), side=None):
+    """Write a template subject that wears some of han19."""
+    subject = template_subject(load_marker_set("han19"), side or "")
+    model = subject.model
+    model = replace(
+        model,
+        labels=model.labels[markers],
+        bone=model.bone[markers],
+        at=model.at[markers],
+    )
+    sigma = subject.marker_sigma[markers]
+    write_subject(Path(name), replace(subject, model=model, marker_sigma=sigma))
+    return Path(name)
+
+
+def a_set(name, count):
+    rows = [
+        f'[[marker]]\nlabel = "M{n}"\nbone = "hand"\nat = [{5 * n}, 40, 25]\n'
+        for n in range(count)
+    ]
+    Path(name).write_text("\n".join(['side = "right"', *rows]))
+    return name
+
+
+@pytest.mark.parametrize("command", HAND)
+@pytest.mark.parametrize("count", [1, 3, 4])
+@pytest.mark.parametrize("kind", ["subject", "marker set"])
+def test_labelling_needs_four_markers(command, count, kind, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    worn = (
+        {"subjects": (a_subject("S.h5", slice(0, count)),)}
+        if kind == "subject"
+        else {"marker_set": a_set("few.toml", count)}
+    )
+    batch = Batch(inputs=(Path("none.c3d"),), output="o", **worn)
+    work = Work.of(command, batch, HAND[command])
+    if count < 4 and command in ("clean", "label"):
+        with pytest.raises(UsageError, match=f"has {count} markers?; labelling needs"):
+            many.run(work, batch)
+    else:
+        assert many.run(work, batch) == 1  # there is no such file
+
+
+def test_a_row_of_a_manifest_with_too_few_markers_fails_alone(
+    tmp_path, monkeypatch, capfd
+):
+    monkeypatch.chdir(tmp_path)
+    Path("a.csv").write_text("frame,time,A_x,A_y,A_z\n0,0.0,1,2,3\n1,0.01,1,2,3\n")
+    a_set("few.toml", 2)
+    Path("list.csv").write_text("input,marker_set\na.csv,few.toml\n")
+    batch = Batch(manifest="list.csv", output="o", unit="mm")
+    assert many.run(Work.of("clean", batch, HAND["clean"]), batch) == 2
+    err = capfd.readouterr().err
+    assert "few.toml: has 2 markers; labelling needs 4" in err
+    assert "RuntimeWarning" not in err
+
+
+@pytest.mark.parametrize("command", HAND)
+def test_a_marker_set_that_the_subject_does_not_wear_is_wrong_usage(
+    command, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    subject = a_subject("S.h5")
+    batch = Batch(inputs=(Path("no.c3d"),), output="o", subjects=(subject,))
+    for name, is_worn in (("maycock26", False), ("han19", True)):
+        given = replace(batch, marker_set=name)
+        work = Work.of(command, given, HAND[command])
+        if is_worn:
+            assert many.run(work, given) == 1  # there is no such file
+        else:
+            with pytest.raises(UsageError, match=r"S\.h5 wears han19; a subject knows"):
+                many.run(work, given)
+
+
+def test_both_sides_need_a_subject_each(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    left, right = a_subject("L.h5", side="left"), a_subject("R.h5", side="right")
+    batch = Batch(inputs=(Path("no.c3d"),), output="o", side="both")
+    one = replace(batch, subjects=(right,))
+    with pytest.raises(UsageError, match=r"--side both: .* a right hand only"):
+        many.run(Work.of("solve", one, HAND["solve"]), one)
+    two = replace(batch, subjects=(right, left))
+    assert many.run(Work.of("solve", two, HAND["solve"]), two) == 1  # no such file

@@ -19,7 +19,7 @@ from handclean.layouts.choose import choose
 from handclean.layouts.feasible import counts, feasible
 from handclean.layouts.optimize import Layout, optimize
 from handclean.layouts.problem import Problem, make_problem, on_bones, subspace_of
-from handclean.pipeline import hands, motions, progress
+from handclean.pipeline import hands, motions, needs, progress
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import LayingOut
 from handclean.pipeline.layout_hand import Wearer, wearer
@@ -107,9 +107,27 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
         warnings=(
             *(text.removeprefix(first) for text in odd),
             *motions.left_out(taken),
+            *_doubts(found, settings),
         ),
         writers=_writers(markers, found, worn, settings),
     )
+
+
+def _doubts(found: Layout, settings: LayingOut) -> tuple[str, ...]:
+    """Say what nobody could use of a layout."""
+    told, count, least = [], len(found.chosen), needs.LEAST["label"]
+    if count < least:
+        told.append(
+            f"{count} markers can be solved but not labelled: 'label' and 'clean' need "
+            f"{least} at least"
+        )
+    apart = 1e3 * found.smallest_m
+    if apart < settings.marker_mm:
+        told.append(
+            f"two markers come to {apart:.1f} mm of each other, centre to centre, and "
+            f"are {settings.marker_mm:g} mm wide: they touch; take fewer than {count}"
+        )
+    return tuple(told)
 
 
 def _found(
