@@ -88,7 +88,7 @@ class GloveApplyConfig:
 
     max_sigma_deg: Annotated[
         float, "Frames with a measured rotation less sure than this are not trusted."
-    ] = 10.0
+    ] = 15.0
     cutoff_hz: Annotated[float, _CUTOFF] = 8.0
     chunk: Annotated[int, "Frames in memory at a time."] = 20_000
 
