@@ -23,6 +23,7 @@ from handclean.io.h5 import format_of, read_h5
 from handclean.io.keeps import lost
 from handclean.io.meshes import SUFFIXES as MESHES
 from handclean.io.mot import inspect_mot, write_mot
+from handclean.io.oddities import odd
 from handclean.io.qualisys import read_tsv
 from handclean.io.reading import Reading, finite, settle_rate, settle_unit
 from handclean.io.session import FORMAT, read_session, write_session
@@ -208,7 +209,7 @@ def inspect(
         "format": suffix.removeprefix("."),
         **_about(reading.recording),
         "unit": reading.unit,
-        "traps": [*reading.traps, *unsaid],
+        "traps": [*reading.traps, *unsaid, *odd(reading.recording)],
     }
     for key, option in (("rate", "--rate"), ("unit", "--unit")):
         if any(option in line for line in unsaid):
@@ -259,7 +260,7 @@ def _inspect_c3d(path: Path, rate_hz: float | None, unit: str | None) -> dict[st
         raise
     except HandcleanError:
         return about
-    return {**_about(take), **about}
+    return {**_about(take), **about, "traps": [*about["traps"], *odd(take)]}
 
 
 def _about(take: Recording) -> dict[str, Any]:

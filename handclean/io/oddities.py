@@ -1,0 +1,148 @@
+"""What is odd about the samples of a take, whatever file they are from.
+
+Nothing is changed; these are lines for ``inspect``.
+"""
+
+import numpy as np
+
+from handclean.arrays import Floats, Ints
+from handclean.io.reading import finite
+from handclean.io.writing import runs
+from handclean.recording import Points, Recording, Trajectories
+
+FROZEN_S, FROZEN_FRAMES = 0.25, 10
+"""[s], frames: what does not change its last digit for so long stands still."""
+
+MOVE_M = 0.005
+"""[m] by which the other markers, in the middle, move meanwhile for that to be odd."""
+
+STILL = 0.5
+"""Share of points that stay where they were, to the last digit, in a still take."""
+
+FAR_M = 100.0
+"""[m] farther from the middle of all points than cameras see."""
+
+_NAMED = 8
+
+
+def odd(take: Recording) -> list[str]:
+    """Say what is odd about the samples of a take: missing, far away, frozen."""
+    told, seen = [], 0
+    columns = take.markers is not None and bool(take.markers.labels)
+    if take.markers is not None:
+        there = finite(take.markers.positions)
+        seen += int(there.sum())
+        counts = there.sum(axis=0).tolist()
+        named = zip(take.markers.labels, counts, strict=True)
+        if never := [label for label, count in named if not count]:
+            told.append(f"never there: {_listed(never)}")
+    if take.unlabelled is not None:
+        columns = True
+        seen += int(finite(take.unlabelled.positions).sum())
+    if not columns:
+        return []
+    if not seen:
+        return ["not a single point is there: all samples are missing"]
+    told += _far(take)
+    least = max(FROZEN_FRAMES, int(np.ceil(FROZEN_S * take.rate)))
+    if take.markers is not None:
+        told += _frozen(take.markers, least)
+    if take.unlabelled is not None:
+        told += _frozen_points(take.unlabelled, take.frames, least)
+    return told
+
+
+def _far(take: Recording) -> list[str]:
+    """Points where no camera sees; a wrong unit makes such, too."""
+    markers, points = take.markers, take.unlabelled
+    parts = [np.zeros((0, 3))]
+    if markers is not None:
+        parts.append(markers.positions.reshape(-1, 3))
+    if points is not None:
+        parts.append(points.positions)
+    middle = np.nanmedian(np.concatenate(parts), axis=0)
+    names: list[str] = []
+    away = np.zeros(0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if markers is not None:
+            far = np.linalg.norm(markers.positions - middle, axis=2)
+            hit = (far > FAR_M).any(axis=0).tolist()
+            names += [
+                x for x, is_hit in zip(markers.labels, hit, strict=True) if is_hit
+            ]
+            away = far[far > FAR_M]
+        if points is not None:
+            far = np.linalg.norm(points.positions - middle, axis=1)
+            if np.any(far > FAR_M):
+                names.append("points without a name")
+            away = np.concatenate([away, far[far > FAR_M]])
+    if not len(away):
+        return []
+    return [
+        f"{len(away)} samples lie more than {FAR_M:g} m, up to {away.max():.3g} m, "
+        f"from the middle of all ({_listed(names)}): is the unit right?"
+    ]
+
+
+def _frozen(markers: Trajectories, least: int) -> list[str]:
+    """Markers whose places are the same to the last digit while others move."""
+    frames, names = 0, []
+    at = markers.positions
+    same = (at[1:] == at[:-1]).all(axis=2)
+    for column, label in enumerate(markers.labels):
+        if np.count_nonzero(same[:, column]) < least - 1:
+            continue
+        held = [(a, b + 1) for a, b in runs(same[:, column]) if b + 1 - a >= least]
+        found = sum(b - a for a, b in held if _moves(at, column, a, b))
+        if found:
+            frames += found
+            names.append(label)
+    if not names:
+        return []
+    return [
+        f"{_listed(names)}: the same to the last digit for {frames} frames in which "
+        "others move; held, not measured?"
+    ]
+
+
+def _moves(positions: Floats, column: int, start: int, stop: int) -> bool:
+    """Whether the other markers move in some frames, in the middle."""
+    others = np.delete(positions[start:stop], column, axis=1)
+    others = others[:, finite(others).sum(axis=0) > 1]
+    if not others.shape[1]:
+        return False
+    span = np.nanmax(others, axis=0) - np.nanmin(others, axis=0)
+    return bool(np.median(np.linalg.norm(span, axis=1)) > MOVE_M)
+
+
+def _frozen_points(points: Points, frames: int, least: int) -> list[str]:
+    """Points without a name that stay in one place while most do not."""
+    if not len(points.frame):
+        return []
+    order = np.lexsort(points.positions.T)  # stable: equal places in order of frames
+    at, frame = points.positions[order], points.frame[order].astype(np.int64)
+    again = np.zeros(len(at), dtype=bool)
+    again[1:] = (at[1:] == at[:-1]).all(axis=1) & (np.diff(frame) == 1)
+    everywhere = np.bincount(frame, minlength=frames)
+    staying = np.bincount(frame[again], minlength=frames)
+    share = staying / np.maximum(everywhere, 1)
+    count, held = 0, 0
+    for start, stop in runs(again):
+        rows: Ints = frame[start - 1 : stop]
+        if len(rows) >= least and np.median(share[rows[1:]]) < STILL:
+            count += 1
+            held += len(rows)
+    if not count:
+        return []
+    what = (
+        "a point without a name stays" if count == 1 else f"{count} times a point stays"
+    )
+    return [
+        f"{what} the same to the last digit, for {held} frames in all, while most do "
+        "not; held, not measured?"
+    ]
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
