@@ -34,15 +34,18 @@ subject, not how much angles tremble. Two markers per finger (dfki13) may still 
 the wrong one of two postures, which no variance says.
 """
 
+import math
+
 import numpy as np
 
 from handclean.arrays import Bools, Floats
 from handclean.gaps.decided import TOLD, prior_precision, stretches_of
 from handclean.hand.model import Model, jacobian
 from handclean.hand.subject import Subject
+from handclean.ik.decide import UNKNOWN, precision_of
 from handclean.ik.prior import PosturePrior
-from handclean.ik.solve import UNKNOWN, precision_of, prior_arrays
-from handclean.tree import ROOT_DOFS
+from handclean.ik.solve import prior_arrays
+from handclean.tree import POSE_HEAD, ROOT_DOFS
 
 CALIBRATED_M = 1.5e-3
 """[m] how far places are off on a subject that does not say."""
@@ -91,29 +94,54 @@ def even_noise(
 
 
 def marker_sigma_of_angles(
-    model: Model, poses: Floats, seen: Bools, noise: Floats, prior: PosturePrior | None
-) -> Floats:
-    """(T, D) [rad] what markers in sight and the prior leave open.
+    model: Model,
+    poses: Floats,
+    seen: Bools,
+    noise: Floats,
+    prior: PosturePrior | None,
+    nominal_m: float = math.inf,
+) -> tuple[Floats, Floats, Floats]:
+    """(T,) [rad] of the root's rotation, (T, D) of hinges: what stays open.
 
-    NaN where neither tells of a hinge.
+    With the markers in sight and the prior; NaN where neither tells of a hinge. And
+    (T, D) [rad] how far hinges are from where markers and prior together would have
+    them, see `ik.decide`; 0 without a prior.
 
     Parameters
     ----------
     poses : (T, 7 + D); seen : (T, M); noise : (M,) [m] per axis.
+    nominal_m : [m] noise with which markers weigh against the prior at least in the
+        last answer: on a hand nobody measured, residuals are no noise.
     """
     hinges = len(model.tree.hinges)
+    louder = bool(np.any(noise > nominal_m))
     precision = np.diag(prior_precision(hinges))
     usual = np.diag(precision)[ROOT_DOFS:] ** -1.0
+    mean, basis = prior_arrays(model, prior)
     if prior is not None:
-        within = precision_of(prior_arrays(model, prior)[1])
-        precision[ROOT_DOFS:, ROOT_DOFS:] = within
+        precision[ROOT_DOFS:, ROOT_DOFS:] = precision_of(basis)
         usual = np.full(hinges, UNKNOWN**2)
-    out = np.zeros((len(poses), hinges))
+    root, out = np.zeros(len(poses)), np.zeros((len(poses), hinges))
+    off = np.zeros((len(poses), hinges))
     for start, stop in stretches_of(seen):
-        here = seen[start]
-        slope = jacobian(model, poses[(start + stop) // 2])[here]
-        slope = (slope / noise[here, None, None]).reshape(-1, ROOT_DOFS + hinges)
-        variance = np.diag(np.linalg.inv(slope.T @ slope + precision))[ROOT_DOFS:]
+        here, pose = seen[start], poses[(start + stop) // 2]
+        slope = jacobian(model, pose)[here]
+        covariance = _covariance(slope, noise[here], precision)
+        variance = np.diag(covariance)
+        root[start:stop] = np.sqrt(variance[ROOT_DOFS // 2 : ROOT_DOFS].max())
+        variance = variance[ROOT_DOFS:]
         told = variance <= (1.0 - TOLD) * usual
         out[start:stop] = np.where(told, np.sqrt(variance), np.nan)
-    return out
+        if prior is not None:
+            if louder:
+                least = np.minimum(noise[here], nominal_m)
+                covariance = _covariance(slope, least, precision)
+            pull = precision[ROOT_DOFS:, ROOT_DOFS:] @ (mean - pose[POSE_HEAD:])
+            off[start:stop] = np.abs(covariance[ROOT_DOFS:, ROOT_DOFS:] @ pull)
+    return root, out, off
+
+
+def _covariance(slope: Floats, noise: Floats, precision: Floats) -> Floats:
+    """(6 + D, 6 + D) of root and angles, markers (N, 3, 6 + D) and prior together."""
+    scaled = (slope / noise[:, None, None]).reshape(-1, slope.shape[2])
+    return np.asarray(np.linalg.inv(scaled.T @ scaled + precision))

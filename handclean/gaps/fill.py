@@ -17,6 +17,7 @@ from handclean.gaps.scene import Filler, Refused, Scene
 from handclean.gaps.settings import FillConfig
 from handclean.hand.model import Model, marker_positions
 from handclean.hand.subject import Subject
+from handclean.ik.decide import DECIDED
 from handclean.ik.plausible import plausible, share_left
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
@@ -160,7 +161,9 @@ def fill(
                 posture,
                 solution,
                 subject,
-                _angles_sigma(subject, positions, posture, solution, noise, prior),
+                _doubt(
+                    subject, positions, posture, solution, noise, prior, solve.prior_m
+                ),
                 prior=prior is not None,
             ),
         },
@@ -199,21 +202,28 @@ def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
     return _Filled(gaps=judged, places=places, sigma=sigma)
 
 
-def _angles_sigma(
+def _doubt(
     subject: Subject,
     positions: Floats,
     posture: Posture,
     solution: Solution,
     noise: Floats,
     prior: PosturePrior | None,
-) -> Floats:
-    """(T, D) [rad] standard deviation of angles, see `doubt`."""
+    nominal_m: float,
+) -> tuple[Floats, Floats, Floats]:
+    """(T,), (T, D) [rad] doubt of root and hinges, without that of zeros, (T, D) off.
+
+    See `marker_sigma_of_angles`; what is bridged is as sure as its path.
+    """
     seen = seen_in(positions)
     left = share_left(subject.model, seen)
     noise = even_noise(noise, positions, solution.residual, left)
-    sigma = marker_sigma_of_angles(subject.model, posture.poses, seen, noise, prior)
-    sigma = np.where(posture.bridged, posture.sigma, sigma)
-    return np.asarray(np.sqrt(sigma**2 + zero_sigma(subject) ** 2))
+    root, sigma, off = marker_sigma_of_angles(
+        subject.model, posture.poses, seen, noise, prior, nominal_m
+    )
+    root = np.where(posture.bridged_root, 0.0, root)
+    bridged = posture.bridged
+    return root, np.where(bridged, posture.sigma, sigma), np.where(bridged, 0.0, off)
 
 
 def _motion(
@@ -221,28 +231,32 @@ def _motion(
     posture: Posture,
     solution: Solution,
     subject: Subject,
-    sigma: Floats,
+    doubt: tuple[Floats, Floats, Floats],
     *,
     prior: bool,
 ) -> Motion:
     """Return the bridged motion.
 
-    It is trusted where root and hinges are decided or bridged (without a prior: where
-    the root is) and the residual is one the subject's markers may have.
+    It is trusted where root and hinges are decided (`DECIDED`; without a prior: where
+    the root is), by markers and prior as in `solve` or by a bridge, and the residual is
+    one the subject's markers may have.
     """
     square = np.sum(away * away, axis=2)
     seen = np.isfinite(square)
     count = seen.sum(axis=1)
     mean = np.nansum(square, axis=1) / np.maximum(count, 1)
     residual = np.where(count > 0, np.sqrt(mean), np.nan)
-    bridged = (posture.bridged | ~solution.opened).all(axis=1)
-    if not prior:
-        bridged = posture.bridged_root
-    known = (solution.trusted | bridged) & ~posture.open_root
+    root, sigma, off = doubt
+    known = solution.trusted | posture.bridged_root
+    if prior:
+        known |= posture.bridged.any(axis=1)
+        known &= (root <= DECIDED[0]) & (sigma <= DECIDED[1]).all(axis=1)
+        known &= (off <= DECIDED[1]).all(axis=1)
+    known &= ~posture.open_root
     return motion_from_poses(
         subject.model.tree.hinges,
         posture.poses,
-        angles_sigma=sigma,
+        angles_sigma=np.sqrt(sigma**2 + zero_sigma(subject) ** 2),
         trusted=known & plausible(subject, seen, residual),
         residual=residual,
     )

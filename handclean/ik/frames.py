@@ -19,7 +19,6 @@ from handclean.kernels.align import align
 from handclean.kernels.gauss_newton import (
     Chain,
     Work,
-    known_with,
     misfit,
     project,
     solve_full,
@@ -37,10 +36,6 @@ EAGER = 0.3
 
 GLIDE = 0.1
 """[rad] how far an open finger follows the subspace's posture in one frame."""
-
-DECIDED = 0.25, 0.4
-"""[rad] standard deviations of the root's rotation and of a hinge, markers and prior
-together, up to which a posture counts as decided."""
 
 BETTER = 0.98
 """What another start has to bring the RMS down to, to be believed."""
@@ -243,7 +238,6 @@ def solve_frames(
     k: Work,
     mean: Floats,
     basis: Floats,
-    precision: Floats,
     starts: Floats,
     numbers: tuple[float, float, float],
     lever_m: float,
@@ -261,27 +255,23 @@ def solve_frames(
     ----------
     targets : (T, M, 3) [m], NaN where missing; weight : (M,).
     mean : (D,), basis : (D, K) posture prior; K = 0 for standard inverse kinematics.
-    precision : (D, D) [1/rad^2] of the angles under the prior, strays included.
     starts : (S, D) [rad] postures to start from where there is no frame before.
     numbers : damping, enough_m, prior_m.
     poses : (T, 7 + D), residual : (T,) [m], opened : (T, D), sure : (T,),
     steps : (T,), overwritten in full. With fewer than three markers a frame keeps the
-        pose before it and is not sure; otherwise it is if markers and subspace decide
-        root and hinges, or without a prior, if markers decide the root.
+        pose before it and is not sure; otherwise it is if markers decide the root.
     """
     size, hinges = poses.shape[1], mean.shape[0]
     pose, velocity, last = np.zeros(size), np.zeros(size), np.zeros(size)
     rest, anchor, here = np.zeros(hinges), np.zeros(hinges), np.zeros(weight.shape[0])
     is_open = np.ones(hinges, dtype=np.bool_)
-    square = np.zeros((hinges + 7, hinges + 6))
     started, level, usual, lowest = False, 2, 0.0, math.inf
-    follow = False
     soon, later = 0, 0
     pose[3] = 1.0
     pose[7:] = mean
     for t in range(targets.shape[0]):
         count, same = look(targets[t], weight, here)
-        residual[t], steps[t], news = math.nan, 0, not same or level == 2
+        residual[t], steps[t] = math.nan, 0
         if count < 3:
             velocity[:] = 0.0
             level = 2
@@ -296,7 +286,7 @@ def solve_frames(
             )
             started, usual = True, residual[t]
         else:
-            if news:
+            if not same or level == 2:
                 level = undecided(
                     pose, targets[t], here, tree, k, numbers[0], lever_m, is_open
                 )
@@ -317,7 +307,7 @@ def solve_frames(
             odd = t >= soon and residual[t] > 1.5 * usual + restart_m
             poor = t >= later and usual > 1.1 * lowest
             if odd or poor:
-                soon, later, before, news = t + SOON, t + LATER, residual[t], True
+                soon, later, before = t + SOON, t + LATER, residual[t]
                 poses[t] = pose
                 residual[t] = start_afresh(
                     poses[t], starts, targets[t], here, tree, k, mean, basis, is_open,
@@ -342,11 +332,4 @@ def solve_frames(
                 velocity[n] += EAGER * (pose[n] - last[n] - velocity[n])
         poses[t] = pose
         opened[t] = is_open
-        if count >= 3 and level > 0 and news:
-            follow = level < 2
-            if basis.shape[1] > 0:
-                misfit(pose, targets[t], here, tree, k)
-                follow = known_with(
-                    here, tree, k, precision, numbers[2], DECIDED, square
-                )
-        sure[t] = count >= 3 and (level == 0 or follow)
+        sure[t] = count >= 3 and level < 2

@@ -8,6 +8,7 @@ from handclean.arrays import Bools, Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
+from handclean.ik.decide import decide, precision_of
 from handclean.ik.frames import solve_frames
 from handclean.ik.mend import jumps, mend
 from handclean.ik.plausible import plausible, share_left
@@ -17,19 +18,11 @@ from handclean.kernels.gauss_newton import Chain, make_work
 from handclean.recording import Recording, motion_from_poses
 from handclean.tree import POSE_HEAD
 
-STRAY = 0.25
-"""[rad] how far a hinge nobody sees is from what the subspace makes of it, one sd: with
-it 68 to 76 % of the errors of simulated sets of six markers lie within one sd, 88 to
-93 % within two (the subspace's own left-over, 0.07 rad, has 46 and 75 %)."""
-
 QUIETEST = 1e-4
 """[m] noise of the markers per axis is not believed to be less."""
 
 TASTED = 200
 """Frames that tell the noise of a take."""
-
-UNKNOWN = 1.0
-"""[rad] the same of a hinge that the prior does not know."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,17 +75,6 @@ def prior_arrays(model: Model, prior: PosturePrior | None) -> tuple[Floats, Floa
             mean[row] = prior.mean[known]
             basis[row] = prior.components[known] * prior.deviations
     return mean, basis
-
-
-def precision_of(basis: Floats) -> Floats:
-    """(D, D) [1/rad^2] precision of angles about the prior's mean.
-
-    Their covariance is that of the subspace and, off it, `STRAY` squared for each
-    hinge; `UNKNOWN` squared for a hinge that the prior does not know.
-    """
-    stray = np.where(np.any(basis != 0.0, axis=1), STRAY, UNKNOWN)
-    covariance = basis @ basis.T + np.diag(stray**2)
-    return np.ascontiguousarray(np.linalg.inv(covariance))
 
 
 def start_postures(model: Model, mean: Floats) -> Floats:
@@ -148,7 +130,6 @@ def solve_markers(
         work,
         mean,
         basis,
-        precision_of(basis),
         start_postures(model, mean),
         numbers,
         settings.lever_m,
@@ -173,6 +154,20 @@ def solve_markers(
             poses,
             residual,
             opened,
+        )
+    if prior is not None:
+        decide(
+            targets,
+            weights,
+            chain,
+            work,
+            mean,
+            precision_of(basis),
+            settings.prior_m,
+            settings.lever_m,
+            poses,
+            opened,
+            trusted,
         )
     return Solution(
         poses=poses, residual=residual, opened=opened, trusted=trusted, steps=steps

@@ -84,7 +84,7 @@ def test_sigma_agrees_with_repeated_noise(template, rng):
     found = fill(take, template)[0].motions["right"].angles
     sigma = marker_sigma_of_angles(
         template.model, poses, seen, np.full(26, noise), None
-    )[0]
+    )[1][0]
     np.testing.assert_allclose(found.std(axis=0), sigma, rtol=0.25)
 
 
@@ -94,8 +94,10 @@ def test_hidden_fingers_have_a_sigma_with_a_prior_only(template, rng):
     seen[:, ["RING" in label for label in template.model.labels]] = False
     ring = ["ring" in name for name in template.model.tree.hinges]
     noise = np.full(26, 2e-4)
-    without = marker_sigma_of_angles(template.model, poses, seen, noise, None)
-    sigma = marker_sigma_of_angles(template.model, poses, seen, noise, read_prior())
+    without, sigma = (
+        marker_sigma_of_angles(template.model, poses, seen, noise, prior)[1]
+        for prior in (None, read_prior())
+    )
     assert np.isnan(without[:, ring]).all()
     assert np.isfinite(without[:, np.logical_not(ring)]).all()
     assert np.isfinite(sigma).all()
@@ -110,3 +112,20 @@ def test_a_marker_that_poses_follow_is_not_quieter_than_the_others():
     even = even_noise(noise, positions, residual, left)
     assert even[0] == pytest.approx(3e-4 / np.sqrt(1.5))
     assert even[1] == 5e-4
+
+
+def test_trusted_frames_have_no_doubtful_joint(people, rng):
+    """But for the zeros, whose doubt is the same in all frames."""
+    one, known = people[0]
+    poses = exercise(rng, one.model.tree, 300, 50.0)
+    seen = marker_positions(one.model, poses)
+    seen += rng.normal(scale=2e-4, size=seen.shape)
+    for _ in range(6):
+        start = int(rng.integers(0, 250))
+        gone = rng.choice(len(one.model.labels), 8, replace=False)
+        seen[start : start + int(rng.integers(5, 50)), gone] = np.nan
+    take = as_take(seen, one.model.labels)
+    motion = fill(take, known, prior=read_prior())[0].motions["right"]
+    doubt = np.sqrt(motion.angles_sigma**2 - zero_sigma(known) ** 2)
+    assert 0.1 < motion.trusted.mean() < 0.9
+    assert np.max(doubt[motion.trusted]) < 0.4 + 1e-9

@@ -178,7 +178,7 @@ def test_solving_adds_the_motion_of_measured_markers(simulated, tmp_path):
         output = tmp_path / f"{standard}.h5"
         figures = step("solve", settings, labelled, output, **given)
         assert figures["residual_mm"] < 1.0
-        assert figures["trusted"] == 1.0
+        assert figures["trusted"] > 0.9
         assert len(files.read(output).motions) == 1
 
 

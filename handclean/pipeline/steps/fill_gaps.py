@@ -8,7 +8,7 @@ from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Filling
 from handclean.pipeline.outcome import Outcome
-from handclean.pipeline.steps.solve import doubts
+from handclean.pipeline.steps.solve import doubts, untold
 
 FIGURES = {
     "gaps": "gaps of the subjects' markers",
@@ -52,6 +52,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
             *misspelt,
             *hands.remarks(*found.values()),
             *doubts(recording, found),
+            *untold(recording, found, filled=True),
         ),
     )
 

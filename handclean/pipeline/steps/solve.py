@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from handclean.hand.subject import Subject
+from handclean.ik import unseen
 from handclean.ik.plausible import remark
 from handclean.ik.solve import solve as solve_take
 from handclean.labels.points import cloud_of
@@ -46,6 +47,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
             *misspelt,
             *hands.remarks(*found.values()),
             *doubts(recording, found),
+            *untold(recording, found, prior=prior is not None),
         ),
         sessions.surfaces(found),
     )
@@ -62,6 +64,22 @@ def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...
         if text:
             words += [text, unit_hint(cloud_of(recording), subject.model)]
     return tuple(text for text in words if text)
+
+
+def untold(
+    recording: Recording,
+    found: Mapping[str, Subject],
+    *,
+    filled: bool = False,
+    prior: bool = True,
+) -> tuple[str, ...]:
+    """Say which fingers of which hands had no marker; see `unseen`."""
+    words = []
+    for name, subject in found.items():
+        text = unseen.words(recording, subject, filled=filled, prior=prior)
+        if text:
+            words.append(f"{name}: {text}")
+    return tuple(words)
 
 
 def of_motions(recording: Recording, names: Iterable[str]) -> dict[str, float]:
