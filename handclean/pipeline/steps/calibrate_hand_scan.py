@@ -23,6 +23,7 @@ FIGURES = {
     "left_out_apart": "points that hang together with no landmark",
     "landmarks": "landmarks on the scan",
     "aligned_landmark_mm": "RMS distance of landmarks after alignment and posture",
+    "landmarks_mm": "distance of each landmark from the template's then",
     "aligned_fit_mm": "RMS distance of the skin from the scan then",
     "landmark_mm": "RMS distance of landmarks in the end",
     "fit_mean_mm": "mean distance of the hand's points from the skin",
@@ -70,10 +71,11 @@ def calibrate_hand_scan(sources: tuple[Source, ...], settings: Scanning) -> Outc
     )
     figures = {
         name: 1e3 * getattr(report, f"{name[:-2]}m")
-        if name.endswith("_mm") and name != "lengths_mm"
+        if name.endswith("_mm") and name not in ("lengths_mm", "landmarks_mm")
         else getattr(report, name, None)
         for name in FIGURES
     }
+    figures["landmarks_mm"] = {k: 1e3 * v for k, v in report.landmarks_away_m.items()}
     figures["lengths_mm"] = {k: 1e3 * v for k, v in report.lengths_m.items()}
     return Outcome(
         line=line, figures=figures, warnings=report.warnings, writers=(write,)

@@ -25,7 +25,7 @@ from handclean.hand.template_surface import template_surface
 from handclean.numerics.triangles import closest
 from handclean.subject.scan.alignment import Aligned, Template, to_cloud, to_landmarks
 from handclean.subject.scan.cloud import Cloud, Pairs, Scan
-from handclean.subject.scan.landmarks import checked, expect_alike, expect_on
+from handclean.subject.scan.landmarks import checked, doubtful, expect_alike, expect_on
 from handclean.subject.scan.nonrigid import Registered, Registration, falling
 from handclean.subject.scan.prepare import Prepared, nearby, oriented, prepared
 from handclean.subject.scan.rebuild import Rebuilt, rebuilt
@@ -70,6 +70,8 @@ class ScanReport:
     landmarks : how many there were.
     aligned_landmark_m, aligned_fit_m : [m] RMS distance of landmarks, and of skin with
         a counterpart, once the template was aligned.
+    landmarks_away_m : [m] by landmark: distance from it once the template was aligned,
+        before its shape was fitted.
     landmark_m : [m] RMS distance of landmarks in the end.
     fit_mean_m, fit_p95_m, fit_max_m : [m] distance of the hand's points from the skin.
     covered : share of the skin's vertices with points of the scan.
@@ -87,6 +89,7 @@ class ScanReport:
     landmarks: int
     aligned_landmark_m: float
     aligned_fit_m: float
+    landmarks_away_m: Mapping[str, float]
     landmark_m: float
     fit_mean_m: float
     fit_p95_m: float
@@ -189,7 +192,11 @@ def fit_scan(
     found = rebuilt(aligned, registered.vertices)
     if missing:
         words = (*words, f"landmarks that are missing: {', '.join(missing)}")
-    report = _report(aligned, registered, found, ready, cloud, words)
+    there = aligned.vertices()[rows]
+    gaps = np.linalg.norm(there - places, axis=1)
+    away = dict(zip(names, gaps.tolist(), strict=True))
+    words = (*words, *doubtful(names, places, there, aligned.template.tree.scale))
+    report = _report(aligned, registered, found, ready, cloud, words, away)
     tree = replace(found.tree, subject=name, scale=report.size)
     found = replace(found, tree=tree)
     return Fitted(
@@ -242,6 +249,7 @@ def _report(
     ready: Prepared,
     cloud: Cloud,
     words: tuple[str, ...],
+    landmarks_away: Mapping[str, float],
 ) -> ScanReport:
     tree, surface = found.tree, found.surface
     step = -(-len(cloud.points) // MEASURED)
@@ -275,6 +283,7 @@ def _report(
         landmarks=len(aligned.template.landmarks),
         aligned_landmark_m=aligned.landmark_m,
         aligned_fit_m=float(np.sqrt(np.mean(np.sum(before**2, axis=1)))),
+        landmarks_away_m=landmarks_away,
         landmark_m=last.landmark_m,
         fit_mean_m=fit_mean,
         fit_p95_m=float(np.percentile(away, 95.0)),

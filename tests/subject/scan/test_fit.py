@@ -87,6 +87,8 @@ def test_the_report_says_what_was_done(fit):
     assert report.points_used < report.points
     assert report.left_out_color > 0
     assert report.landmarks == len(truth.marks)
+    assert set(report.landmarks_away_m) == set(truth.marks)
+    assert max(report.landmarks_away_m.values()) < 0.012
     assert 0.0003 < report.fit_mean_m < 0.0007  # the scan's noise
     assert 0.85 < report.covered <= 1.0
     assert report.warnings == ()
@@ -135,6 +137,25 @@ def test_exchanged_landmarks_are_told():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("pair", [("index_tip", "middle_tip"), ("index_tip", None)])
+def test_landmarks_that_are_let_pass_and_are_wrong_are_warned_of(pair):
+    start = coarse_start()
+    truth = scanned(9, count=4000, start=start)
+    marks = dict(truth.marks)
+    one, two = pair
+    if two is None:
+        marks[one] = marks["index_pip"] + 0.4 * (marks[one] - marks["index_pip"])
+    else:
+        marks[one], marks[two] = marks[two], marks[one]
+    report = fit_scan(truth.scan, marks, QUICK, start=start).report
+    (told,) = report.warnings
+    assert one in told
+    assert "are they named right?" in told
+    assert report.landmarks_away_m[one] > 0.01
+    if two is not None:
+        assert f"{one} and {two} would fit better exchanged" in told
+
+
 def test_simulated_scans_come_out_to_a_millimetre():
     """A man's, a woman's; eight cameras, a table, a sleeve."""
     for number in (0, 7):

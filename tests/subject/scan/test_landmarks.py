@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from handclean.errors import HandcleanError, UnknownNameError
-from handclean.subject.scan.landmarks import checked, expect_alike, expect_on
+from handclean.subject.scan.landmarks import checked, doubtful, expect_alike, expect_on
 
 KNOWN = ("thumb_tip", "index_tip", "middle_tip", "wrist")
 
@@ -54,3 +54,20 @@ def test_exchanged_landmarks_are_named():
     expect_alike(KNOWN, template, template)
     with pytest.raises(HandcleanError, match=r"thumb_tip.*nearer to index_tip"):
         expect_alike(KNOWN, template[[1, 0, 2, 3]], template)
+
+
+def test_landmarks_near_the_template_s_are_not_doubtful(rng):
+    template = 0.1 * np.eye(4, 3)
+    near = template + 0.004 * rng.normal(size=(4, 3))
+    assert doubtful(KNOWN, near, template, 1.0) == ()
+
+
+def test_exchanged_and_far_landmarks_are_told_apart():
+    template = 0.1 * np.eye(4, 3)
+    places = template[[1, 0, 2, 3]].copy()
+    places[3] += [0.0, 0.0, 0.020]
+    (told,) = doubtful(KNOWN, places, template, 1.0)
+    assert f"{KNOWN[0]} and {KNOWN[1]} would fit better exchanged" in told
+    assert f"{KNOWN[3]} lies 20 mm from where it should" in told
+    assert KNOWN[2] not in told
+    assert f"{KNOWN[3]} lies" not in doubtful(KNOWN, places, template, 1.6)[0]
