@@ -25,12 +25,16 @@ class Solid:
     Attributes
     ----------
     size : (4,) [m]
-    frame : (3, 4) rotation and origin [m], in the hand's frame.
+    frame : (3, 4) rotation and origin [m], in the hand's frame; kept row by row, as
+        kernels are compiled for.
     """
 
     kind: int
     size: Floats
     frame: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "frame", np.ascontiguousarray(self.frame))
 
 
 def pose_of(person: Person, angles: Floats) -> Floats:

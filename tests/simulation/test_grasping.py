@@ -9,7 +9,7 @@ from handclean.simulation.grasping import grasp_scene
 from handclean.simulation.grasps import GRASPS
 from handclean.simulation.people import make_person
 from handclean.simulation.scene import deepest
-from handclean.simulation.seating import PRESS
+from handclean.simulation.seating import PRESS, Solid
 
 TIMES = np.arange(500) / 100.0
 
@@ -39,6 +39,15 @@ def test_a_closed_hand_touches_its_object_and_is_not_in_it(name, people):
             assert len(closing.touching) >= 3
         else:
             assert any(bone.startswith("thumb") for bone in closing.touching)
+
+
+def test_an_object_s_frame_is_as_kernels_are_compiled_for():
+    turned = np.eye(3)[:, [2, 0, 1]]  # numpy hands it back column by column
+    frame = np.column_stack([turned, np.zeros(3)])
+    assert not frame.flags.c_contiguous
+    solid = Solid(kind=0, size=np.ones(4), frame=frame)
+    assert solid.frame.flags.c_contiguous
+    np.testing.assert_array_equal(solid.frame, frame)
 
 
 @pytest.mark.parametrize("name", ["medium_wrap", "sphere_power", "tripod"])
