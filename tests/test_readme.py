@@ -6,18 +6,24 @@ from pathlib import Path
 
 import click
 import pytest
+from click.exceptions import Exit
 
 from handclean.cli import main as frame
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(?:\w*)\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
+INLINE = re.findall(
+    r"`(handclean [^`]*)`", re.sub(r"^```.*?^```", "", README, flags=re.DOTALL | re.M)
+)
+"""Command lines, or names of commands, within the text."""
+
 SEPARATORS = {"|", "||", "&&", ";", ">", ">>"}
 
 
 def commands():
     """Every ``handclean ...`` of every block, as words after it."""
-    for block in BLOCKS:
+    for block in [*BLOCKS, *(" ".join(line.split()) for line in INLINE)]:
         for line in block.replace("\\\n", " ").splitlines():
             lexer = shlex.shlex(line, posix=True, punctuation_chars="|&;")
             lexer.whitespace_split = True
@@ -29,23 +35,33 @@ def commands():
 
 
 def parse(words):
-    """Parse a command line as ``handclean`` would, without running it."""
+    """Parse a command line as ``handclean`` would, without running it; its context."""
     command, context = frame.cli, click.Context(frame.cli, info_name="handclean")
     while isinstance(command, frame.LazyGroup):
         name, *words = words
         command = command.get_command(context, name)
         assert command is not None, f"no command is called {name}"
         context = click.Context(command, parent=context, info_name=name)
-    command.make_context(context.info_name, words, parent=context.parent)
+    return command.make_context(context.info_name, words, parent=context.parent)
 
 
 SHOWN = list(commands())
+NAMES = {tuple(name.split()) for name in [*frame.COMMANDS, *frame.GROUPS]}
+WHOLE = [words for words in SHOWN if tuple(words) not in NAMES and words != ["--help"]]
+"""Those that are more than a command's name."""
 
 
-@pytest.mark.parametrize("words", SHOWN, ids=" ".join)
-def test_every_command_shown_parses(words, monkeypatch):
+@pytest.mark.parametrize("words", WHOLE, ids=" ".join)
+def test_every_command_shown_parses_and_says_where_to_write(words, monkeypatch):
     monkeypatch.chdir(ROOT)
-    parse(words)
+    if words[-1] == "--help":
+        with pytest.raises(Exit):
+            parse(words)
+        return
+    given = parse(words).params
+    reads = given.get("inputs") and not given.get("manifest")
+    if reads and "output" in given and "--evaluate" not in words:
+        assert given["output"], "-o is missing"
 
 
 def test_every_command_is_shown():

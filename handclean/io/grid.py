@@ -38,10 +38,11 @@ class Lines:
         self.number += 1
         return line.rstrip(b"\n")
 
-    def peek(self) -> bytes | None:
-        """Return the next line and leave it to be read."""
+    def peek(self, after: int = 0) -> bytes | None:
+        """Return the next line, or one ``after`` it, and leave all to be read."""
         place = self._stream.tell()
-        line = self._stream.readline()
+        for _ in range(after + 1):
+            line = self._stream.readline()
         self._stream.seek(place)
         return line.rstrip(b"\n") if line else None
 

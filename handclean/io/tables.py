@@ -58,6 +58,7 @@ _PLACE = ("root_tx", "root_ty", "root_tz")
 _TURN = ("root_qw", "root_qx", "root_qy", "root_qz")
 _TRUSTED = "trusted"
 _AXIS = re.compile(r"(?P<name>.*)[-_ .:](?P<axis>[XYZxyz])")
+_DECIMAL_COMMA = re.compile(rb"-?\d+,\d+(?![\d,.])")
 _FRAME = {"frame", "frames", "frameno", "framenumber"}
 _TIME = {"time", "times", "timesec", "timeseconds"}
 _UP = {"", "+x", "-x", "+y", "-y", "+z", "-z"}
@@ -177,8 +178,18 @@ def _sound(own: dict[str, Any]) -> bool:
 def _column_names(path: Path, lines: Lines) -> tuple[list[str], bytes]:
     """Read the header line; its cells may be quoted."""
     line = lines.peek() or b""
-    delimiter = max((b",", b";", b"\t"), key=line.count)
+    delimiter = _delimiter(line, lines.peek(1) or b"")
     names = [text(cell) for cell in lines.cells(delimiter)]
+    if any(names) and all(_is_number(name) for name in names if name):
+        raise FileError(
+            lines.where,
+            "holds numbers where the names of the columns should be",
+            "begin with a line such as frame,time_s,NAME_X,NAME_Y,NAME_Z",
+        )
+    if delimiter != b"," and (found := _DECIMAL_COMMA.search(lines.peek() or b"")):
+        shown = found[0].decode()
+        wrong = f"has numbers with a decimal comma ('{shown}')"
+        raise FileError(lines.path, wrong, "save it with decimal points")
     if b'"' in line:
         try:
             [names] = csv.reader([text(line)], delimiter=delimiter.decode())
@@ -189,6 +200,29 @@ def _column_names(path: Path, lines: Lines) -> tuple[list[str], bytes]:
         names.pop()
     check_unique(path, "columns", names)
     return names, delimiter
+
+
+def _delimiter(header: bytes, row: bytes) -> bytes:
+    """Find what parts the cells: what parts as many of a row as there are names.
+
+    Of several the comma last, as it may stand in names and in numbers.
+    """
+
+    def order(delimiter: bytes) -> tuple[bool, int]:
+        both = (line.rstrip().rstrip(delimiter) for line in (header, row))
+        names, cells = (line.count(delimiter) for line in both)
+        agree = 0 < names == cells
+        return agree, 0 if agree and delimiter == b"," else names
+
+    return max((b",", b";", b"\t"), key=order)
+
+
+def _is_number(name: str) -> bool:
+    try:
+        float(name.replace(",", "."))
+    except ValueError:
+        return False
+    return name.strip().lower() not in {"nan", "inf", "infinity"}
 
 
 def _layout(path: Path, names: list[str], own: dict[str, Any]) -> _Layout:

@@ -96,6 +96,14 @@ def test_columns_may_be_named_and_parted_in_many_ways(header, tmp_path):
     assert places["R-B-1"].tolist() == [3, 4, 5]
 
 
+def test_commas_in_names_part_no_cells_where_semicolons_do(tmp_path):
+    rows = "A,1-X;A,1-Y;A,1-Z\n1;2;3\n4;5;6\n"
+    path = written(tmp_path / "a.csv", rows)
+    take = read_csv(path, rate_hz=1.0, unit="mm").recording
+    assert take.markers.labels == ("A,1",)
+    np.testing.assert_allclose(take.markers.positions[1, 0], [0.004, 0.005, 0.006])
+
+
 def test_frame_numbers_and_times_give_the_rate_and_the_gaps(tmp_path):
     lines = ["Frame,Time (Seconds),A_X,A_Y,A_Z,weight"]
     lines += [f"{n},{(n - 5) / 120:.6f},1,2,3,70" for n in range(5, 60) if n != 9]
@@ -119,7 +127,10 @@ def test_frame_numbers_and_times_give_the_rate_and_the_gaps(tmp_path):
         ("A-X,A-Y,A-Z,A-X\n1,2,3,4\n", "2 columns are called 'A-X'"),
         ("A-X,A-Y,A-Z\n1,2,b\n3,4,5\n", "line 2 column 3: 'b' is not a number"),
         ("A-X,A-Y,A-Z\n1,2\n3,4,5\n", "line 2: has 2 cells"),
-        ("A-X;A-Y;A-Z\n1,5;2;3\n", "use a decimal point"),
+        ("A-X;A-Y;A-Z\n1,5;2;3\n", r"decimal comma \('1,5'\); save it"),
+        ("A,B-X;A,B-Y;A,B-Z\n0,1;0,2;0,3\n", r"decimal comma \('0,1'\)"),
+        ("1,2,3\n4,5,6\n", "line 1: holds numbers where the names"),
+        ("1;2,5;3\n4;5,5;6\n", "line 1: holds numbers where the names"),
         ("\n\n", "is empty"),
         (b"A-X,A-Y,A-Z\n1,2,\x00\n", "zero bytes"),
         (b"\xff\xfeA", "UTF-16"),
