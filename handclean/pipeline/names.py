@@ -3,10 +3,16 @@
 A marker is told as misspelt only where the take has a name of no other marker that is
 nearly the same: case, spaces and punctuation apart, letters are left out or exchanged,
 or one of a word is wrong; digits are the same, and the hand is not the other one.
+
+What a program puts before a name (``Bob:R_INDEX_TIP``) and the case of letters do not
+count where each name has one counterpart without them: then markers are taken for those
+of the hand, and that is said.
 """
 
 import re
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from difflib import SequenceMatcher
 
 from handclean.errors import HandcleanError
@@ -19,6 +25,46 @@ NEAR = 0.8
 
 FITS = 0.5
 """Share of a set's markers that a take must have for the set to be proposed."""
+
+
+def matched(
+    recording: Recording, labels: Iterable[str]
+) -> tuple[Recording, tuple[str, ...]]:
+    """Call a take's markers as a hand's are, where prefix and case are the difference.
+
+    Parameters
+    ----------
+    labels : the hand's markers.
+
+    Returns
+    -------
+    the take, and a line that says what was matched, if anything was
+    """
+    has, known = labels_of(recording), set(labels)
+    wanted, free = _by_bare(known - set(has)), _by_bare(set(has) - known)
+    called = {
+        there[0]: wanted[bare][0]
+        for bare, there in free.items()
+        if len(there) == len(wanted.get(bare, ())) == 1
+    }
+    if not called or recording.markers is None:
+        return recording, ()
+    first = next(label for label in has if label in called)
+    markers = replace(
+        recording.markers, labels=tuple(called.get(label, label) for label in has)
+    )
+    count = f"{len(called)} markers are" if len(called) > 1 else "a marker is"
+    told = f"{count} known without prefix and case: '{first}' is '{called[first]}'"
+    more = ", ..." if len(called) > 1 else ""
+    return replace(recording, markers=markers), (told + more,)
+
+
+def _by_bare(labels: Iterable[str]) -> dict[str, list[str]]:
+    """Group labels by what is left without prefix and case."""
+    groups: dict[str, list[str]] = defaultdict(list)
+    for label in labels:
+        groups[label.rpartition(":")[2].strip().casefold()].append(label)
+    return groups
 
 
 def near(name: str, others: Iterable[str]) -> str:
@@ -64,7 +110,7 @@ def _sideless(name: str) -> str:
 def remarks(recording: Recording, subjects: Mapping[str, Subject]) -> tuple[str, ...]:
     """Say which markers of the subjects the take seems to have misspelt."""
     has = labels_of(recording)
-    known = {label for s in subjects.values() for label in s.model.labels}
+    known = known_to(subjects)
     free = [label for label in has if label not in known]
     told = []
     for label in sorted(known - set(has)):
@@ -74,6 +120,11 @@ def remarks(recording: Recording, subjects: Mapping[str, Subject]) -> tuple[str,
                 f"the take has '{found}'"
             )
     return tuple(told)
+
+
+def known_to(subjects: Mapping[str, Subject]) -> set[str]:
+    """Labels of all markers of some subjects."""
+    return {label for s in subjects.values() for label in s.model.labels}
 
 
 def labels_of(recording: Recording) -> tuple[str, ...]:
@@ -90,13 +141,13 @@ def expect_any(recording: Recording, subjects: Mapping[str, Subject]) -> None:
         If there is none; says which shipped set the take fits instead.
     """
     has = labels_of(recording)
-    known = {label for s in subjects.values() for label in s.model.labels}
+    known = known_to(subjects)
     if has and not known.intersection(has):
         sets = " or ".join(sorted({s.marker_set for s in subjects.values()}))
         few = ", ".join(sorted(known)[:4])
         raise HandcleanError(
             f"take: none of the subject's markers ({few}, ...) are in it; "
-            f"{_fitting(has, sets)}"
+            f"{_several(has, known) or _fitting(has, sets)}"
         )
 
 
@@ -122,7 +173,8 @@ def expect_set(where: object, has: Sequence[str], name: str) -> None:
     few = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
     raise HandcleanError(
         f"{where}: {len(missing)} of the {whole} markers of marker set "
-        f"{marker_set.name} are not in it ({few}); {_fitting(has, marker_set.name)}"
+        f"{marker_set.name} are not in it ({few}); "
+        f"{_several(has, missing) or _fitting(has, marker_set.name)}"
     )
 
 
@@ -140,6 +192,22 @@ def larger_set(has: Collection[str], name: str) -> tuple[str, ...]:
         f"the take has all {len(labels)} markers of {best}, {len(labels - given)} more "
         f"than are used: --marker-set {best} would use them",
     )
+
+
+def _several(has: Sequence[str], missing: Iterable[str]) -> str:
+    """Say that a take has markers of several people under the names sought, if so."""
+    there = _by_bare(has)
+    found = next(
+        (
+            there[bare]
+            for bare in _by_bare(sorted(missing))
+            if len(there.get(bare, ())) > 1
+        ),
+        [],
+    )
+    if not found:
+        return ""
+    return f"it has {' and '.join(sorted(found))}, of which one should be left"
 
 
 def _fitting(has: Collection[str], but: str) -> str:

@@ -114,3 +114,43 @@ def test_a_take_of_another_set_is_told_which():
     with pytest.raises(HandcleanError, match=r"none .* --marker-set han19"):
         names.expect_any(take(SETS["han19"]), subject)
     names.expect_any(take(SETS["pavllo9"][:1]), subject)
+
+
+@pytest.mark.parametrize(
+    "other",
+    ["Bob:{}", "bob:left hand:{}", "{upper}", "BOB:{upper}", "{lower}"],
+)
+@pytest.mark.parametrize("name", ["han19", "dfki13", "xu19"])
+def test_prefix_and_case_do_not_count_where_names_stay_apart(name, other):
+    labels = SETS[name]
+    has = [other.format(x, upper=x.upper(), lower=x.lower()) for x in labels]
+    found, told = names.matched(take((*has, "*0")), labels)
+    assert found.markers.labels == (*labels, "*0")
+    changed = sum(a != b for a, b in zip(has, labels, strict=True))
+    assert len(told) == bool(changed)
+    if changed:
+        assert f"{changed} markers are known without prefix and case" in told[0]
+
+
+def test_a_take_whose_names_are_the_hand_s_is_left_as_it_is():
+    given = take(("A", "B", "Bob:A", "b:b"))
+    assert names.matched(given, ("A", "B")) == (given, ())
+
+
+def test_of_two_people_s_markers_none_is_taken_and_both_are_named():
+    labels = SETS["dfki13"]
+    has = [f"{who}:{label}" for who in ("Ann", "Bob") for label in labels]
+    given = take(has)
+    assert names.matched(given, labels) == (given, ())
+    subject = template_subject(load_marker_set("dfki13"))
+    with pytest.raises(HandcleanError, match=r"Ann:\w+ and Bob:\w+, of which"):
+        names.expect_any(given, {"right": subject})
+    with pytest.raises(HandcleanError, match=r"Ann:\w+ and Bob:\w+, of which one"):
+        names.expect_set("a.c3d", given.markers.labels, "dfki13")
+
+
+def test_of_two_people_one_is_taken_whose_names_are_bare():
+    given = take(("Bob:A", "A", "Bob:B", "Bob:C"))
+    found, (told,) = names.matched(given, ("A", "B", "C"))
+    assert found.markers.labels == ("Bob:A", "A", "B", "C")
+    assert "2 markers are known" in told

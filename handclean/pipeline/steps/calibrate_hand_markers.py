@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,10 @@ def calibrate_hand_markers(
     if len(sets) > 1 or len(sides) > 1:
         raise UsageError("--manifest: all takes should be of one marker set and side")
     (name,) = sets
-    takes = [sessions.read(source) for source in sources]
+    labels_sought = load_marker_set(name).labels
+    read = [names.matched(sessions.read(source), labels_sought) for source in sources]
+    takes = [take for take, _ in read]
+    same = tuple(dict.fromkeys(words for _, told in read for words in told))
     has = [names.labels_of(take) for take in takes]
     for source, labels in zip(sources, has, strict=True):
         names.expect_set(source.name, labels, name)
@@ -68,7 +72,7 @@ def calibrate_hand_markers(
         )
         placed = _placed(dressed)
         if dressed.report is None:
-            return placed
+            return replace(placed, warnings=(*placed.warnings, *same))
         subject, report = dressed.subject, dressed.report
         scan_figures, scan_words = placed.figures, placed.warnings
     else:
@@ -103,7 +107,8 @@ def calibrate_hand_markers(
         warnings=tuple(
             with_files(words, sources) for words in (*scan_words, *report.warnings)
         )
-        + tuple(more),
+        + tuple(more)
+        + same,
         writers=(write,),
     )
 

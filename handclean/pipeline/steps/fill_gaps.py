@@ -29,8 +29,9 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
     warnings = sessions.traps(source, recording)
     prior = hands.prior(source)
     found = hands.subjects(source, marked=True)
+    recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
-    misspelt = names.remarks(recording, found)
+    misspelt = (*same, *names.remarks(recording, found))
     parts = []
     for name, subject in found.items():
         recording, part = fill(

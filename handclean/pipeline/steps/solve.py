@@ -31,8 +31,9 @@ def solve(source: Source, settings: Solving) -> Outcome:
     warnings = sessions.traps(source, recording)
     prior = None if settings.standard else hands.prior(source)
     found = hands.subjects(source, marked=True)
+    recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
-    misspelt = names.remarks(recording, found)
+    misspelt = (*same, *names.remarks(recording, found))
     for name, subject in found.items():
         recording = solve_take(
             recording, subject, name=name, prior=prior, settings=settings.solve
