@@ -233,14 +233,14 @@ def test_convert_says_what_the_written_file_holds(
 
 def test_a_prior_learnt_from_bvh_is_that_of_the_session(handclean, rng):
     hand = template("right")
-    poses = np.zeros((80, 7 + len(hand.hinges)))
+    poses = np.zeros((240, 7 + len(hand.hinges)))
     poses[:, 3] = 1.0
-    share = 0.5 + 0.4 * np.sin(np.linspace(0, 9, 80)[:, None] * rng.uniform(1, 3, 20))
+    share = 0.5 + 0.4 * np.sin(np.linspace(0, 27, 240)[:, None] * rng.uniform(1, 3, 20))
     poses[:, 7:] = hand.limits[:, 0] + share * np.ptp(hand.limits, axis=1)
-    poses[40:, 7:] = poses[:40, 7:][::-1]  # a jump, were it a finger's
+    poses[120:, 7:] = poses[:120, 7:][::-1]  # a jump, were it a finger's
     recording = Recording(
         rate=120.0,
-        frames=80,
+        frames=240,
         skeletons={"right": hand},
         motions={"right": motion_from_poses(hand.hinges, poses)},
     )
