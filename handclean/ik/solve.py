@@ -16,7 +16,7 @@ from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.kernels.gauss_newton import Chain, make_work
 from handclean.recording import Recording, motion_from_poses
-from handclean.tree import POSE_HEAD
+from handclean.tree import POSE_HEAD, ROOT_DOFS
 
 QUIETEST = 1e-4
 """[m] noise of the markers per axis is not believed to be less."""
@@ -172,6 +172,42 @@ def solve_markers(
     return Solution(
         poses=poses, residual=residual, opened=opened, trusted=trusted, steps=steps
     )
+
+
+def decided(
+    model: Model,
+    positions: Floats,
+    poses: Floats,
+    prior: PosturePrior | None,
+    settings: SolveConfig | None = None,
+) -> Bools:
+    """(T,) whether markers and a prior decide postures solved elsewhere: see `decide`.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) [m], NaN where missing; poses : (T, 7 + D).
+    prior : without one, three markers in sight do.
+    """
+    settings = settings or SolveConfig()
+    enough = np.isfinite(positions).all(axis=2).sum(axis=1) >= ROOT_DOFS // 2
+    if prior is None:
+        return np.asarray(enough)
+    mean, basis = prior_arrays(model, prior)
+    markers, hinges = len(model.labels), len(mean)
+    decide(
+        np.ascontiguousarray(positions),
+        np.ones(markers),
+        chain_of(model),
+        make_work(hinges, markers, basis.shape[1]),
+        mean,
+        precision_of(basis),
+        settings.prior_m,
+        settings.lever_m,
+        np.ascontiguousarray(poses),
+        np.ones((len(poses), hinges), dtype=bool),
+        enough,
+    )
+    return np.asarray(enough)
 
 
 def _limbs(model: Model) -> Ints:

@@ -2,29 +2,22 @@
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats
+from handclean.arrays import Bools
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.recording import Origin, Recording
 from handclean.tree import ROOT_DOFS
 
 SHARE = 0.05
-"""Share of a take's frames from which on a finger without markers is worth a word."""
-
-
-def limbs(model: Model) -> dict[str, Bools]:
-    """(M,) which markers sit on a limb, by its name: "thumb", "index", ..."""
-    moves = model.tree.carried_by()
-    first = np.where(moves.any(axis=1), np.argmax(moves, axis=1), -1)
-    of_marker = first[model.bone]
-    found = sorted({int(hinge) for hinge in first if hinge >= 0})
-    return {model.tree.hinges[h].split("_")[0]: of_marker == h for h in found}
+"""Share of a take's frames from which on a joint without markers is worth a word."""
 
 
 def unseen(model: Model, seen: Bools) -> dict[str, float]:
-    """Share of the frames in which a limb has no marker, by its name.
+    """Share of the frames in which a finger has no marker, or none beyond a joint.
 
-    Of the frames that show enough of the hand to say where it is.
+    Of the frames that show enough of the hand to say where it is. "on the thumb", if
+    that is a finger's innermost joint; otherwise "beyond thumb_ip_flexion", the joint
+    which it is in most frames.
 
     Parameters
     ----------
@@ -33,15 +26,22 @@ def unseen(model: Model, seen: Bools) -> dict[str, float]:
     enough = seen.sum(axis=1) > ROOT_DOFS // 3
     if not enough.any():
         return {}
-    some = seen[enough]
-    shares: dict[str, Floats] = {
-        name: 1.0 - some[:, on].any(axis=1).mean() for name, on in limbs(model).items()
-    }
-    return {name: float(share) for name, share in shares.items()}
+    moves = model.tree.carried_by()
+    bare = (seen[enough].astype(np.int64) @ moves[model.bone]) == 0
+    limb = np.argmax(moves[model.tree.hinge_bone], axis=1)
+    found = {}
+    for first in sorted(set(limb.tolist())):
+        name = model.tree.hinges[first]
+        found[f"on the {name.split('_')[0]}"] = float(bare[:, first].mean())
+        part = bare[:, limb == first] & ~bare[:, [first]]
+        shares = part.mean(axis=0)
+        inner = int(np.flatnonzero(limb == first)[np.argmax(shares)])
+        found[f"beyond {model.tree.hinges[inner]}"] = float(shares.max())
+    return found
 
 
 def words(recording: Recording, subject: Subject, *, filled: bool, prior: bool) -> str:
-    """One line on the fingers that no marker told of; "" if there were none.
+    """One line on joints that no marker told of; "" if there were none.
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ def words(recording: Recording, subject: Subject, *, filled: bool, prior: bool) 
         if label in markers.labels:
             seen[:, column] = there[:, markers.labels.index(label)]
     told = [
-        f"on the {name} in {100.0 * share:.0f} %"
-        for name, share in unseen(model, seen).items()
+        f"{where} in {100.0 * share:.0f} %"
+        for where, share in unseen(model, seen).items()
         if share >= SHARE
     ]
     if not told:

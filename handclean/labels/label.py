@@ -1,20 +1,25 @@
 """Which raw point is which marker: the entry of labelling."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handclean.arrays import Bytes, Floats32
+from handclean.arrays import Bools, Bytes, Floats32
 from handclean.errors import HandcleanError
 from handclean.hand.subject import Subject
+from handclean.ik.plausible import plausible
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
+from handclean.ik.solve import decided
 from handclean.labels.align import Found
+from handclean.labels.evidence import MOST, give_up
 from handclean.labels.kit import REFUSED, Trace, rules_of
 from handclean.labels.models import sought
 from handclean.labels.points import Cloud, cloud_of
 from handclean.labels.pursue import first_fit, pursue
 from handclean.labels.settings import LabelConfig
+from handclean.labels.side import expect_side
 from handclean.labels.size import unit_hint
 from handclean.recording import (
     Event,
@@ -71,7 +76,8 @@ def label(
     Raises
     ------
     HandcleanError
-        If the hand is found nowhere in the take, or cannot be followed anywhere.
+        If the hand is found nowhere in the take, cannot be followed anywhere, what was
+        followed need not be it (see `evidence`), or is the other hand (see `side`).
     """
     settings, solving = settings or LabelConfig(), SolveConfig()
     cloud = cloud_of(recording)
@@ -95,11 +101,34 @@ def label(
             f"take: the hand of '{subject.name}' could be followed in none of its "
             f"{cloud.frames} frames; {right}"
         )
-    return _result(recording, cloud, found, trace)
+    shown = give_up(trace, int(rules.patience))
+    if not trace.known.any():
+        count = len(thing.sigma)
+        right = unit_hint(cloud, subject.model) or (
+            f"at least {math.ceil(MOST * count)} should be in view for a while"
+        )
+        raise HandcleanError(
+            f"take: never more than {shown} of the {count} markers of the hand of "
+            f"'{subject.name}' were found at once, which points of other things may "
+            f"be; {right}"
+        )
+    near = plausible(subject, trace.chosen >= 0, trace.rms)
+    wrong = "" if near[trace.known].any() else unit_hint(cloud, subject.model)
+    if wrong:
+        raise HandcleanError(
+            f"take: no frame fits the hand of '{subject.name}'; {wrong}"
+        )
+    expect_side(cloud, subject, trace, prior, rules, settings, solving)
+    return _result(recording, cloud, found, trace, prior, near)
 
 
 def _result(
-    recording: Recording, cloud: Cloud, found: Found, trace: Trace
+    recording: Recording,
+    cloud: Cloud,
+    found: Found,
+    trace: Trace,
+    prior: PosturePrior | None,
+    near: Bools,
 ) -> tuple[Recording, LabelFigures]:
     thing = found.thing
     model = thing.model
@@ -131,7 +160,10 @@ def _result(
     free = np.ones(len(cloud.at), dtype=bool)
     free[rows] = False
     motion = motion_from_poses(
-        model.tree.hinges, trace.pose, residual=trace.rms, trusted=trace.known
+        model.tree.hinges,
+        trace.pose,
+        residual=trace.rms,
+        trusted=trace.known & near & decided(model, positions, trace.pose, prior),
     )
     figures = LabelFigures(
         frames=frames,

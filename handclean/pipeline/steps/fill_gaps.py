@@ -8,7 +8,7 @@ from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Filling
 from handclean.pipeline.outcome import Outcome
-from handclean.pipeline.steps.solve import doubts, untold
+from handclean.pipeline.steps.solve import doubts, expect_sides, untold
 
 FIGURES = {
     "gaps": "gaps of the subjects' markers",
@@ -43,6 +43,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
             name=name,
         )
         parts.append(part)
+    expect_sides(recording, found, prior)
     figures = of_hands(parts)
     return sessions.outcome(
         recording,

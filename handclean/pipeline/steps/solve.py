@@ -6,7 +6,10 @@ import numpy as np
 
 from handclean.hand.subject import Subject
 from handclean.ik import unseen
+from handclean.ik.mirror import expect_side
 from handclean.ik.plausible import remark
+from handclean.ik.prior import PosturePrior
+from handclean.ik.solve import markers_of
 from handclean.ik.solve import solve as solve_take
 from handclean.labels.points import cloud_of
 from handclean.labels.size import unit_hint
@@ -38,6 +41,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
         recording = solve_take(
             recording, subject, name=name, prior=prior, settings=settings.solve
         )
+    expect_sides(recording, found, prior)
     figures = of_motions(recording, found)
     return sessions.outcome(
         recording,
@@ -52,6 +56,16 @@ def solve(source: Source, settings: Solving) -> Outcome:
         ),
         sessions.surfaces(found),
     )
+
+
+def expect_sides(
+    recording: Recording, found: Mapping[str, Subject], prior: PosturePrior | None
+) -> None:
+    """Expect solved hands to be of their subjects' sides; see `mirror`."""
+    for name, subject in found.items():
+        residual = recording.motions[name].residual
+        assert residual is not None
+        expect_side(subject, markers_of(recording, subject.model), residual, prior)
 
 
 def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
