@@ -23,7 +23,7 @@ all points, and `handclean.io.c3d_marks` lists what was filled.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +51,7 @@ from handclean.io.c3d_writing import (
     Writing,
     is_silent,
     source_of,
+    untrusted,
 )
 from handclean.recording import Origin, Recording
 
@@ -69,11 +70,13 @@ def plan_writing(recording: Recording, where: Path | str) -> Writing:
     source = source_of(recording, where)
     if source is None:
         columns = plan_columns(recording, angles, (), set(), {}, where)
-        return new_file(recording, columns, angles, where)
-    labels, outputs = source.head.labels(source.points), source.head.outputs()
-    loose = {int(c): is_silent(source, int(c)) for c in source.loose}
-    columns = plan_columns(recording, angles, labels, outputs, loose, where)
-    return same_file(recording, source, columns, angles, where)
+        writing = new_file(recording, columns, angles, where)
+    else:
+        labels, outputs = source.head.labels(source.points), source.head.outputs()
+        loose = {int(c): is_silent(source, int(c)) for c in source.loose}
+        columns = plan_columns(recording, angles, labels, outputs, loose, where)
+        writing = same_file(recording, source, columns, angles, where)
+    return replace(writing, notes=(*writing.notes, *untrusted(recording)))
 
 
 def encode_c3d(writing: Writing) -> Iterator[bytes]:

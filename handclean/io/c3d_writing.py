@@ -163,6 +163,21 @@ def rejected(recording: Recording) -> tuple[str, ...]:
     return (f"{count} rejected samples are written as missing",) if count else ()
 
 
+def untrusted(recording: Recording) -> tuple[str, ...]:
+    """Return a line for each motion some of whose angles are not written."""
+    counts = {
+        name: int(np.count_nonzero(~motion.trusted))
+        for name, motion in recording.motions.items()
+        if motion.names and motion.trusted is not None
+    }
+    return tuple(
+        f"angles of '{name}' are missing in {count} of {recording.frames} frames: they "
+        "are not trusted, and C3D cannot say so"
+        for name, count in counts.items()
+        if count
+    )
+
+
 def with_angles(section: Section, angles: Angles) -> Section:
     """List the points that are joint angles."""
     if not angles.labels:

@@ -32,7 +32,7 @@ from handclean.io.subject import FORMAT as SUBJECT
 from handclean.io.subject import inspect_subject
 from handclean.io.tables import read_csv, write_csv
 from handclean.io.trc import read_trc, write_trc
-from handclean.recording import Event, Recording, Trajectories
+from handclean.recording import Event, Motion, Recording, Trajectories
 
 Reader = Callable[[Path, float | None, str | None, bool], Reading]
 Writer = Callable[[Path, Recording], tuple[str, ...] | None]
@@ -285,6 +285,7 @@ def _about(take: Recording) -> dict[str, Any]:
             "hinges": list(motion.names),
             "root": motion.translation is not None,
             "missing_frames": int(np.count_nonzero(~finite(motion.poses))),
+            "trusted_frames": _trusted(motion),
         }
         for name, motion in take.motions.items()
     }
@@ -296,6 +297,11 @@ def _about(take: Recording) -> dict[str, Any]:
     about["events"] = [e.text for e in take.events[:100]]
     about["steps"] = [str(e.get("command", "?")) for e in take.provenance]
     return about
+
+
+def _trusted(motion: Motion) -> int | None:
+    """Frames that are trusted, None where the file does not say."""
+    return None if motion.trusted is None else int(np.count_nonzero(motion.trusted))
 
 
 def _about_markers(markers: Trajectories) -> dict[str, Any]:

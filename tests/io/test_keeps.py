@@ -187,3 +187,17 @@ def test_a_csv_whose_trust_is_neither_0_nor_1_is_refused(take, tmp_path):
 def test_a_glb_counts_and_lists_what_is_not_trusted(take, tmp_path):
     notes = files.write(tmp_path / "a.glb", take)
     assert any("3 of 20 frames of 'right' are not trusted" in note for note in notes)
+
+
+def test_a_c3d_has_no_angles_in_frames_that_are_not_trusted(take, tmp_path):
+    notes = files.write(tmp_path / "a.c3d", take)
+    assert "angles of 'right' are missing in 3 of 20 frames" in notes[1]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "count"), [(".h5", 17), (".csv", 17), (".bvh", None)]
+)
+def test_inspect_counts_trusted_frames_where_a_file_says(suffix, count, take, tmp_path):
+    files.write(tmp_path / f"a{suffix}", take)
+    about = files.inspect(tmp_path / f"a{suffix}")["motions"]["right"]
+    assert about["trusted_frames"] == count
