@@ -28,23 +28,31 @@ _NAMED = 8
 def odd(take: Recording) -> list[str]:
     """Say what is odd about the samples of a take: missing, far away, frozen."""
     told, seen = [], 0
+    empty = np.ones(take.frames, dtype=bool)
     columns = take.markers is not None and bool(take.markers.labels)
     if take.markers is not None:
         there = finite(take.markers.positions)
         seen += int(there.sum())
+        empty &= ~there.any(axis=1)
         counts = there.sum(axis=0).tolist()
         named = zip(take.markers.labels, counts, strict=True)
         if never := [label for label, count in named if not count]:
             told.append(f"never there: {_listed(never)}")
     if take.unlabelled is not None:
         columns = True
-        seen += int(finite(take.unlabelled.positions).sum())
+        here = finite(take.unlabelled.positions)
+        seen += int(here.sum())
+        empty[take.unlabelled.frame[here]] = False
     if not columns:
         return []
     if not seen:
         return ["not a single point is there: all samples are missing"]
     told += _far(take)
     least = max(FROZEN_FRAMES, int(np.ceil(FROZEN_S * take.rate)))
+    if blind := [(start, stop) for start, stop in runs(empty) if stop - start >= least]:
+        frames = sum(stop - start for start, stop in blind)
+        first = take.first_frame + blind[0][0]
+        told.append(f"not a point is there in {frames} frames, from frame {first} on")
     if take.markers is not None:
         told += _frozen(take.markers, least)
     if take.unlabelled is not None:

@@ -76,6 +76,16 @@ def test_a_take_without_any_point_says_so(moving, rng):
     assert "not a single point is there" in trap
 
 
+def test_a_stretch_without_any_point_is_told(moving, rng):
+    moving[120:160] = np.nan
+    wanted = "not a point is there in 40 frames, from frame 121 on"
+    assert odd(labelled(moving)) == [wanted]
+    assert odd(loose(moving, rng)) == [wanted]
+    moving[120] = 0.5
+    moving[141:160] = 0.5 + 0.01 * rng.normal(size=(19, 4, 3))
+    assert odd(labelled(moving)) == []
+
+
 def test_what_has_no_points_to_miss_is_not_odd():
     assert odd(Recording(rate=RATE, frames=5)) == []
 
