@@ -192,6 +192,7 @@ def _task(
                 starts=settings.starts,
                 pseudo_inputs=max(min(settings.pseudo_inputs, len(rows) - 1), 1),
                 evaluations=settings.evaluations,
+                least_noise=float(np.radians(settings.noise_deg)),
             ),
             seed=seed,
         ),
@@ -230,7 +231,10 @@ def run_task(task: FitTask) -> RotationFit:
         fitted = fit(task.kind, task.inputs, task.targets, task.settings, rng)
     except HandcleanError as error:
         raise HandcleanError(f"{task.rotation}: {error}") from None
-    scale, floor = held_out(task.kind, task.inputs, task.targets, task.group, rng)
+    least = task.settings.least_noise
+    scale, floor = held_out(
+        task.kind, task.inputs, task.targets, task.group, least, rng
+    )
     return RotationFit(
         rotation=task.rotation,
         sensors=task.sensors,

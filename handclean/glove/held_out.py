@@ -37,7 +37,12 @@ _FLOORS = np.radians(np.array([0.0, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0,
 
 
 def held_out(
-    kind: str, inputs: Floats, targets: Floats, group: Ints, rng: np.random.Generator
+    kind: str,
+    inputs: Floats,
+    targets: Floats,
+    group: Ints,
+    least_noise: float,
+    rng: np.random.Generator,
 ) -> tuple[float, float]:
     """Find the factor k of a model's variance and the floor e [rad].
 
@@ -46,6 +51,7 @@ def held_out(
     kind : of the model, see `handclean.glove.models`.
     inputs : (N, C) readings, the measuring sensor's first; targets : (N,) [rad].
     group : (N,) the recording each sample is of.
+    least_noise : [rad] of a target, see `FitSettings`.
 
     Returns
     -------
@@ -68,7 +74,8 @@ def held_out(
         test = ~train & (low <= near) & (near <= high)
         if not test.any():
             continue
-        light = replace(_LIGHT, pseudo_inputs=min(40, int(train.sum()) - 1))
+        few = min(_LIGHT.pseudo_inputs, int(train.sum()) - 1)
+        light = replace(_LIGHT, pseudo_inputs=few, least_noise=least_noise)
         made = fit(kind, inputs[train], targets[train], light, rng)
         mean, variance = made.predict(inputs[test])
         errors.append(mean - targets[test])

@@ -23,7 +23,7 @@ asked for, and does not travel when a model is pickled.
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -235,8 +235,9 @@ def fit(
     _expect_samples(kind, inputs, targets, settings)
     scaling = scaling_of(inputs, targets)
     begin = time.perf_counter()
+    scaled = replace(settings, least_noise=settings.least_noise / scaling.target_spread)
     made = FITS.get(kind, fit_exact)(
-        kind, scaling.inputs(inputs), scaling.targets(targets), settings, rng
+        kind, scaling.inputs(inputs), scaling.targets(targets), scaled, rng
     )
     seconds = time.perf_counter() - begin
     return Fitted(

@@ -62,13 +62,18 @@ class GloveFitConfig:
     starts: Annotated[int, "Starting points of the hyperparameters."] = 3
     evaluations: Annotated[int, "Evaluations of the evidence, at most."] = 130
     most: Annotated[int, "Most samples per rotation, evenly spread; 0: all."] = 2000
+    noise_deg: Annotated[
+        float, "No sample's angle is known better than this: least noise of a model."
+    ] = 0.5
     repeat_deg: Annotated[
         float, "What putting the glove on again changes: one standard deviation."
     ] = 1.5
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.repeat_deg < 90.0:
-            raise ValueError(f"repeat_deg should be >= 0, not {self.repeat_deg}")
+        for name in ("noise_deg", "repeat_deg"):
+            if not 0.0 <= getattr(self, name) < 90.0:
+                value = getattr(self, name)
+                raise ValueError(f"{name} should be 0 to 90 degrees, not {value}")
         if self.use not in USES:
             raise ValueError(f"use should be all, fk or ik, not '{self.use}'")
         for name, least in (

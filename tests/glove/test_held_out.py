@@ -11,7 +11,7 @@ def test_errors_that_recordings_share_are_in_the_variance(rng):
     off = np.radians(3.0) * rng.normal(size=(12, 1))
     scale, floor = held_out(
         "lmc-gpr", t.reshape(-1, 1) * 30.0 + 100.0, (0.2 * t + off).ravel(),
-        np.repeat(np.arange(12), 40), rng,
+        np.repeat(np.arange(12), 40), 0.0, rng,
     )  # fmt: skip
     assert np.degrees(floor) > 1.5 or scale >= 4.0
 
@@ -22,7 +22,7 @@ def test_a_bend_between_the_poses_is_in_the_variance(rng):
     values = 60.0 * np.maximum(angles - 0.6, 0.0) + 100.0 * angles
     values += rng.normal(size=200)
     group = np.repeat(np.arange(10), 20)  # every pose twice
-    scale, floor = held_out("spgp", values[:, None], angles, group, rng)
+    scale, floor = held_out("spgp", values[:, None], angles, group, 0.0, rng)
     assert np.degrees(floor) > 1.0 or scale >= 4.0
 
 
@@ -38,4 +38,5 @@ def test_recordings_at_one_angle_are_held_out_together(rng):
 
 def test_too_few_recordings_say_nothing(rng):
     one = np.linspace(0.0, 1.0, 20)
-    assert held_out("spgp", one[:, None], one, np.zeros(20, int), rng) == (1.0, 0.0)
+    group = np.zeros(20, dtype=int)
+    assert held_out("spgp", one[:, None], one, group, 0.0, rng) == (1.0, 0.0)

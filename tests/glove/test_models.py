@@ -272,3 +272,20 @@ def test_two_pose_goes_through_its_poses_and_sees_only_the_first_sensor(rng):
     assert model.predict(np.array([[35.0, -80.0]]))[0][0] == pytest.approx(0.75)
     with pytest.raises(HandcleanError, match="the same in the two poses"):
         fit("two-pose", inputs[:, :1] * 0.0 + 5.0, targets, SETTINGS, rng)
+
+
+@pytest.mark.parametrize("kind", ["spgp", "lmc-gpr"])
+def test_poses_with_one_angle_each_do_not_make_a_wild_curve(kind, rng):
+    """Readings vary while a pose is held, its angle does not: as if without noise."""
+    angles = np.radians([-18.0, 0.0, 10.0, 20.0, 44.0, 82.0])
+    means = np.array([50.0, 64.0, 83.0, 89.0, 130.0, 186.0])
+    inputs = rng.normal(np.repeat(means, 50), 2.0)[:, None]
+    targets = np.repeat(angles, 50)
+    settings = FitSettings(least_noise=float(np.radians(0.5)))
+    made = fit(kind, inputs, targets, settings, rng)
+    assert np.degrees(made.noise) >= 0.5 - 1e-9
+    between = np.linspace(50.0, 186.0, 200)[:, None]
+    line = np.interp(between[:, 0], means, angles)
+    mean, variance = made.predict(between)
+    assert np.degrees(np.abs(mean - line)).max() < 15.0
+    assert np.degrees(np.sqrt(variance)).max() < 30.0

@@ -14,6 +14,9 @@ class FitSettings:
     evaluations: Annotated[
         int, "Evaluations of the evidence with all samples, at most."
     ] = 130
+    least_noise: Annotated[
+        float, "Least noise of a target, a standard deviation in its unit."
+    ] = 0.0
     max_samples: Annotated[
         int, "Most samples for a full model; its memory grows with their square."
     ] = 8000
@@ -26,6 +29,8 @@ class FitSettings:
             "evaluations": 1,
             "max_samples": 2,
         }
+        if not self.least_noise >= 0.0:
+            raise ValueError(f"least_noise should be >= 0, not {self.least_noise}")
         for name, smallest in least.items():
             value = getattr(self, name)
             if value < smallest:

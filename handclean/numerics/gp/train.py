@@ -48,14 +48,17 @@ class Trained:
     converged: bool
 
 
-def bounds(kernel: Kernel) -> tuple[Floats, Floats]:
+def bounds(kernel: Kernel, least_noise: float = 0.0) -> tuple[Floats, Floats]:
     """Lowest and highest logarithms, the noise's last.
 
     Inputs and targets have deviation 1: a variance below 1e-8 does nothing, and a
     length outside 1/100 to 1000 deviations is one between samples or none at all.
+    Without a least noise, samples with the same target draw a function that is flat
+    at them and anything between: its evidence has no limit.
     """
     lower = [-14.0 if "gamma" in name else -18.5 for name in kernel.names]
-    return np.array([*lower, -18.5]), np.array([9.0] * kernel.size + [2.0])
+    noise = float(np.clip(2.0 * np.log(max(least_noise, 1e-9)), -18.5, NOISE))
+    return np.array([*lower, noise]), np.array([9.0] * kernel.size + [2.0])
 
 
 def start(kernel: Kernel, which: int, rng: np.random.Generator) -> Floats:
@@ -107,7 +110,7 @@ def train_exact(
     """
     order = rng.permutation(len(inputs))
     rivals = [start(kernel, which, rng) for which in range(settings.starts)]
-    lower, upper = bounds(kernel)
+    lower, upper = bounds(kernel, settings.least_noise)
     cheap = 0
     found: Descent | None = None
     matrix: Floats | None = None

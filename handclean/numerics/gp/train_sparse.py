@@ -46,7 +46,7 @@ def train_sparse(
     candidates = inputs[np.sort(order[: max(CANDIDATES, 4 * count)])]
     pseudo = spread_out(kernel, first.logs[:-1], candidates, count)
     evidence = SparseEvidence(kernel, mean, inputs, targets, count)
-    lower, upper = bounds(kernel)
+    lower, upper = bounds(kernel, settings.least_noise)
     units = np.concatenate(
         [
             np.ones(len(lower)),
