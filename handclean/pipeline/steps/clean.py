@@ -55,6 +55,7 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
             *few,
             *hands.remarks(subject),
             *solve.doubts(filled, {name: subject}),
+            *solve.misplaced(filled, {name: subject}, prior),
             *solve.untold(filled, {name: subject}, filled=True),
         ),
         sessions.surfaces({name: subject}),

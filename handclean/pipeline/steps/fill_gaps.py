@@ -8,7 +8,12 @@ from handclean.pipeline import hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Filling
 from handclean.pipeline.outcome import Outcome
-from handclean.pipeline.steps.solve import doubts, expect_sides, untold
+from handclean.pipeline.steps.solve import (
+    doubts,
+    expect_sides,
+    misplaced,
+    untold,
+)
 
 FIGURES = {
     "gaps": "gaps of the subjects' markers",
@@ -54,6 +59,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
             *misspelt,
             *hands.remarks(*found.values()),
             *doubts(recording, found),
+            *misplaced(recording, found, prior),
             *untold(recording, found, filled=True),
         ),
     )

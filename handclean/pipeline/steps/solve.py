@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from handclean.hand.subject import Subject
-from handclean.ik import unseen
+from handclean.ik import suspects, unseen
 from handclean.ik.mirror import expect_side
 from handclean.ik.plausible import remark
 from handclean.ik.prior import PosturePrior
@@ -52,6 +52,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
             *misspelt,
             *hands.remarks(*found.values()),
             *doubts(recording, found),
+            *misplaced(recording, found, prior),
             *untold(recording, found, prior=prior is not None),
         ),
         sessions.surfaces(found),
@@ -79,6 +80,19 @@ def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...
         if text:
             words += [text, unit_hint(cloud_of(recording), subject.model)]
     return tuple(text for text in words if text)
+
+
+def misplaced(
+    recording: Recording, found: Mapping[str, Subject], prior: PosturePrior | None
+) -> tuple[str, ...]:
+    """Say which markers do not fit for a while; see `suspects`."""
+    words = []
+    for name, subject in found.items():
+        positions = markers_of(recording, subject.model)
+        text = suspects.words(recording, subject, name, positions, prior)
+        if text:
+            words.append(f"{name}: {text}")
+    return tuple(words)
 
 
 def untold(
