@@ -37,7 +37,7 @@ MOSTLY = 1.4
 
 TEMPLATE_MOSTLY = 3.0
 """The same where places are a template's: recorded hands have 1.2 to 1.5 times it,
-simulated ones that are a tenth larger or smaller up to 2.4, mirrored ones 5.2 to 6.3."""
+simulated ones a tenth larger or smaller up to 2.4, mirrored ones 5.2 to 6.3."""
 
 LEAST_M = 3e-4
 """[m] no subject is known better than this, whatever its calibration says."""

@@ -104,13 +104,13 @@ def label(
     shown = give_up(trace, int(rules.patience))
     if not trace.known.any():
         count = len(thing.sigma)
-        right = unit_hint(cloud, subject.model) or (
-            f"at least {math.ceil(MOST * count)} should be in view for a while"
+        right = (
+            unit_hint(cloud, subject.model) or "is it this hand, with these markers?"
         )
         raise HandcleanError(
-            f"take: never more than {shown} of the {count} markers of the hand of "
-            f"'{subject.name}' were found at once, which points of other things may "
-            f"be; {right}"
+            f"take: {math.ceil(MOST * count)} of the {count} markers of the hand of "
+            f"'{subject.name}' were never found together for a while (at most {shown} "
+            f"at once), and fewer fit points of other things as well; {right}"
         )
     near = plausible(subject, trace.chosen >= 0, trace.rms)
     wrong = "" if near[trace.known].any() else unit_hint(cloud, subject.model)
