@@ -37,7 +37,7 @@ UNKNOWN = 1.0
 """[rad] the same of a hinge that the prior does not know."""
 
 EVERY = 25
-"""[frames] for which one answer serves while the same markers are in sight."""
+"""[frames] for which one answer serves while its markers are in sight."""
 
 
 def precision_of(basis: Floats) -> Floats:
@@ -84,6 +84,19 @@ def expected(pose: Floats, mean: Floats, precision: Floats, square: Floats) -> b
 
 
 @jit
+def serves(here: Floats, then: Floats, known: bool) -> bool:
+    """Whether the answer for some markers serves for those here.
+
+    That they decide the posture is true of more markers, too.
+    """
+    for m in range(here.shape[0]):
+        more, less = here[m] > then[m], here[m] < then[m]
+        if less or (more and not known):
+            return False
+    return True
+
+
+@jit
 def decide(
     targets: Floats,
     weight: Floats,
@@ -109,13 +122,13 @@ def decide(
     poses : (T, 7 + D); opened : (T, D)
     sure : (T,) whether the markers decide the root, overwritten with the answer.
     """
-    here = np.zeros(weight.shape[0])
+    here, then = np.zeros(weight.shape[0]), np.zeros(weight.shape[0])
     size = 6 + precision.shape[0]
     square = np.zeros((size + 1, size))
     known, since = False, -EVERY
     plain = noise <= lever_m * min(DECIDED[0], DECIDED[1])
     for t in range(poses.shape[0]):
-        count, same = look(targets[t], weight, here)
+        count, _ = look(targets[t], weight, here)
         if count < 3:
             sure[t] = False
             since = -EVERY
@@ -123,7 +136,8 @@ def decide(
         if plain and sure[t] and not opened[t].any():
             since = -EVERY
             continue
-        if not same or t - since >= EVERY:
+        if t - since >= EVERY or not serves(here, then, known):
+            then[:] = here
             misfit(poses[t], targets[t], here, tree, k)
             known = known_with(here, tree, k, precision, noise, DECIDED, square)
             known = known and expected(poses[t], mean, precision, square)

@@ -27,6 +27,9 @@ FRAMES = 60
 CLEARLY = 0.6
 """The mirror image's residual over the model's own, of another hand at most."""
 
+TASTED = 200
+"""Frames that tell whether a take is odd."""
+
 ODD = 1.5
 """How many times the usual residual makes one look, on a hand nobody measured."""
 
@@ -43,13 +46,14 @@ def is_odd(subject: Subject, seen: Bools, residual: Floats) -> bool:
     ----------
     seen : (T, M) markers in sight; residual : (T,) [m].
     """
-    enough = np.isfinite(residual) & (seen.sum(axis=1) >= 4)
-    if not enough.any():
+    rows = np.flatnonzero(np.isfinite(residual) & (seen.sum(axis=1) >= 4))
+    if len(rows) == 0:
         return False
-    usual = usual_residual(subject.model, subject.marker_sigma, seen[enough])
+    rows = rows[:: max(len(rows) // TASTED, 1)]
+    usual = usual_residual(subject.model, subject.marker_sigma, seen[rows])
     measured = bool(np.isfinite(subject.marker_sigma).any())
     most = MOSTLY if measured else ODD
-    return bool(np.median(residual[enough] / usual) > most)
+    return bool(np.median(residual[rows] / usual) > most)
 
 
 def expect_side(

@@ -145,12 +145,12 @@ def _hinges_told(model: Model, seen: Bools) -> Floats:
     it bring and that hinges further out have left.
     """
     parent, links = model.links.parent, len(model.links.parent)
-    numbers = np.zeros((len(seen), links))
+    numbers = np.zeros((links, len(seen)))
     for m, link in enumerate(model.link):
-        numbers[:, link] += 3.0 * seen[:, m]
+        numbers[link] += 3.0 * seen[:, m]
     told = np.zeros(len(seen))
     for link in range(links - 1, 0, -1):
-        takes = numbers[:, link] > 0.0
+        takes = numbers[link] > 0.0
         told += takes
-        numbers[:, parent[link]] += numbers[:, link] - takes
+        numbers[parent[link]] += numbers[link] - takes
     return told
