@@ -8,7 +8,7 @@ their variance can be believed, `handclean.glove.held_out` finds by holding reco
 out; what another wearing changes, which no single wearing shows, is added.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import HandcleanError
 from handclean.glove.gloves import Correspondence, Glove
-from handclean.glove.held_out import held_out
+from handclean.glove.held_out import angles_told, held_out
 from handclean.glove.models import Fitted, fit
 from handclean.glove.samples import FK, IK, Samples, spread
 from handclean.glove.settings import GloveFitConfig
@@ -24,6 +24,12 @@ from handclean.numerics.gp.settings import FitSettings
 
 LINEAR = ("linear", "two-pose")
 """Models of one sensor."""
+
+_FEW = 3
+"""Angles below which a rotation's curve is not known between them."""
+
+_RULE = 0.1
+"""Share of what follows (a DIP its PIP) by which people differ from the rule."""
 
 _BEYOND = 0.25
 """Readings this share of the samples' range outside of it are foreign to them."""
@@ -142,10 +148,15 @@ def fit_tasks(
     tasks, told = [], []
     for number, row in enumerate(glove.measured):
         task, why = _task(glove, row, samples, settings, seed + number)
-        if task is not None:
-            tasks.append(task)
-        else:
+        if task is None:
             told.append(f"{row.rotation} is not calibrated: {why}")
+            continue
+        tasks.append(task)
+        if (count := angles_told(task.targets, task.group)) < _FEW:
+            told.append(
+                f"{row.rotation} is known at {count} angles; what lies between is a "
+                f"guess, {_FEW} or more would tell"
+            )
     if not tasks:
         raise HandcleanError(
             "samples: tell no rotation" + (f" ({told[0]})" if told else "")
@@ -171,7 +182,7 @@ def _task(
     if np.ptp(targets[known]) < 1e-6:
         angle = np.degrees(targets[known[0]])
         return None, f"it is {angle:.4g} degrees in all its {len(known)} samples"
-    if np.ptp(inputs[known, 0]) == 0.0:
+    if np.ptp(inputs[known, 0]) <= 1e-9 * np.abs(inputs[known, 0]).max():
         raise HandcleanError(
             f"samples: {row.measured_by} reads {inputs[known[0], 0]:g} in all "
             f"{len(known)} samples of {row.rotation}; a sensor that works changes"
@@ -307,10 +318,13 @@ def to_hinges(
 ) -> tuple[Floats, Floats]:
     """(T, D) [rad] hinge angles and their sigma from measured rotations.
 
-    Rotations count as independent. A hinge that nothing measures stays where the glove
-    says, or at zero, and its sigma is NaN.
+    Rotations count as independent. One that follows others is in doubt as they are,
+    and as people differ in how it follows. A hinge that nothing measures stays where
+    the glove says, or at zero, and its sigma is NaN.
     """
     factor, rest = glove.completion()
+    follows = [r for r in glove.hand.rotations if glove.row(r).follows is not None]
+    rule = [glove.hand.index(r) for r in follows]
     matrix = glove.hand.to_hinges(names)
     couple = matrix @ factor
     angles = np.tile(matrix @ rest, (len(mean), 1))
@@ -318,7 +332,12 @@ def to_hinges(
     for d in np.flatnonzero(np.abs(couple).sum(axis=1) > 0.0):
         used = couple[d] != 0.0  # what is missing spoils only what needs it
         angles[:, d] += mean[:, used] @ couple[d, used]
-        sigma[:, d] = np.sqrt(variance[:, used] @ couple[d, used] ** 2)
+        doubt = variance[:, used] @ couple[d, used] ** 2
+        for r in rule:
+            if matrix[d, r] != 0.0:
+                followed = mean[:, used] @ factor[r, used]
+                doubt += (_RULE * matrix[d, r] * followed) ** 2
+        sigma[:, d] = np.sqrt(doubt)
     return angles, sigma
 
 
@@ -329,13 +348,11 @@ def sure(calibration: Calibration, variance: Floats, max_sigma: float) -> Bools:
     return np.asarray((variance[:, own] <= max_sigma**2).all(axis=1))
 
 
-def foreign(calibration: Calibration, readings: Floats) -> Mapping[str, float]:
-    """Share of frames in which a sensor reads what no sample came near, if many."""
+def foreign(calibration: Calibration, readings: Floats) -> Bools:
+    """(T, S) whether a sensor reads what no sample came near."""
     readings = calibration.as_sampled(readings)
     size = calibration.high - calibration.low
     with np.errstate(invalid="ignore"):
         below = readings < calibration.low - _BEYOND * size
         out = below | (readings > calibration.high + _BEYOND * size)
-    names = calibration.glove.sensors
-    shares = out.mean(axis=0)
-    return {n: float(s) for n, s in zip(names, shares, strict=True) if s > 0.2}
+    return np.asarray(out)

@@ -29,6 +29,12 @@ _LIGHT_SAMPLES = 320
 _STILL, _SAME = np.radians(0.5), np.radians(2.0)
 """[rad] a rotation that is still in a recording; angles that are one."""
 
+_WHOLE, _PIECES = 0.8, 4
+"""Share of the range in one recording that makes it several, and how many."""
+
+_UNTOLD = 0.15
+"""Share of the range by which a curve may be off that nothing tells."""
+
 _BESIDE = 0.02
 """Share of the readings' range by which one may lie beside it."""
 
@@ -55,7 +61,8 @@ def held_out(
 
     Returns
     -------
-    k and e; 1 and 0 where too few recordings are left to learn from.
+    k and e. Where nothing can be held out that lies between others, nothing is known
+    of the curve: e is then a share of the targets' range.
     """
     rows = spread(len(targets), _LIGHT_SAMPLES)
     together = held_together(targets, group)[rows]
@@ -82,7 +89,7 @@ def held_out(
         variances.append(variance)
         weights.append(1.0 / np.bincount(part)[part[test]])
     if not errors:
-        return 1.0, 0.0
+        return 1.0, float(_UNTOLD * np.ptp(targets))
     error, variance = np.concatenate(errors), np.concatenate(variances)
     return _most_probable(error, variance, np.concatenate(weights))
 
@@ -91,7 +98,8 @@ def held_together(targets: Floats, group: Ints) -> Ints:
     """(N,) a number for what is held out at once.
 
     Recordings in which the rotation is still at one angle, whatever the others do, go
-    together; each in which it moves stands for itself.
+    together; each in which it moves stands for itself, or for several if it is most of
+    what there is.
     """
     numbers, place = np.unique(group, return_inverse=True)
     count = np.bincount(place)
@@ -107,7 +115,20 @@ def held_together(targets: Floats, group: Ints) -> Ints:
             out[k] = out[before]
         before = int(k)
     held: Ints = out[place]
+    for k in np.flatnonzero(~still):
+        own = np.flatnonzero(place == k)
+        if np.ptp(targets[own]) > _WHOLE * np.ptp(targets):
+            piece = np.arange(len(own)) * _PIECES // len(own)
+            held[own] = len(numbers) + _PIECES * k + piece
     return held
+
+
+def angles_told(targets: Floats, group: Ints) -> int:
+    """At how many angles a rotation is known; many if it moves in a recording."""
+    for number in np.unique(group):
+        if targets[group == number].std() >= _STILL:
+            return len(targets)
+    return len(np.unique(held_together(targets, group)))
 
 
 def _most_probable(

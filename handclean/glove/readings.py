@@ -5,12 +5,14 @@ and nothing needs is NaN.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import FileError
 from handclean.glove.gloves import Glove
+from handclean.glove.smooth import smoothed
 
 _STILL = 30
 """Frames in which a sensor that works changes at least once."""
@@ -75,33 +77,72 @@ def usable(glove: Glove, readings: Floats) -> Bools:
     return np.asarray(good.all(axis=1))
 
 
-def remarks(glove: Glove, readings: Floats, moving: bool = True) -> tuple[str, ...]:
-    """Say what is odd about readings, one line each.
+def smooth(glove: Glove, times: Floats, readings: Floats, cutoff_hz: float) -> Floats:
+    """(T, S) readings without their noise; saturated ones neither are nor tell."""
+    return smoothed(times, readings, cutoff_hz, partial(saturated, glove))
 
-    Parameters
+
+class Watch:
+    """What is counted of readings while they go by, a chunk at a time.
+
+    Attributes
     ----------
-    moving : whether the hand moved, so that sensors should have.
+    frames : that were seen.
+    blank, stuck : how many of them lack a reading that is needed, or have a saturated
+        one.
     """
-    told = []
-    own = [glove.sensors.index(sensor) for sensor in glove.used]
-    used = readings[:, own]
-    blank = ~np.isfinite(used)
-    if blank.any():
-        names = _names(glove, np.asarray(blank.any(axis=0)))
-        told.append(f"{blank.any(axis=1).sum()} frames have no reading of {names}")
-    stuck = saturated(glove, used)
-    if stuck.any():
-        share = 100.0 * stuck.any(axis=1).mean()
-        names = _names(glove, np.asarray(stuck.any(axis=0)))
-        told.append(f"{names} saturated in {share:.3g} % of frames")
-    if moving and len(used) >= _STILL:
-        still = np.nanmax(used, axis=0, initial=-np.inf) <= np.nanmin(
-            used, axis=0, initial=np.inf
-        )
-        still &= ~blank.all(axis=0)
-        if still.any():
-            told.append(f"{_names(glove, still)} never changed: is it connected?")
-    return tuple(told)
+
+    def __init__(self, glove: Glove) -> None:
+        self._glove = glove
+        self._own = [glove.sensors.index(sensor) for sensor in glove.used]
+        self.frames = self.blank = self.stuck = 0
+        count = len(self._own)
+        self._blank, self._stuck = (np.zeros(count, dtype=np.int64) for _ in range(2))
+        self._low, self._high = np.full(count, np.inf), np.full(count, -np.inf)
+
+    def see(self, readings: Floats) -> None:
+        """Count (t, S) readings."""
+        used = readings[:, self._own]
+        blank = ~np.isfinite(used)
+        stuck = saturated(self._glove, used)
+        self.frames += len(used)
+        self.blank += int(blank.any(axis=1).sum())
+        self.stuck += int(stuck.any(axis=1).sum())
+        self._blank += blank.sum(axis=0)
+        self._stuck += stuck.sum(axis=0)
+        self._low = np.fmin(self._low, np.fmin.reduce(used, axis=0, initial=np.inf))
+        self._high = np.fmax(self._high, np.fmax.reduce(used, axis=0, initial=-np.inf))
+
+    def remarks(self, moving: bool = True) -> tuple[str, ...]:
+        """Say what is odd about the readings, one line each.
+
+        Parameters
+        ----------
+        moving : whether the hand moved, so that sensors should have.
+        """
+        told = []
+        empty = self._blank == self.frames
+        if empty.any():
+            told.append(f"{_names(self._glove, empty)} reads nothing at all")
+        elif self.blank:
+            names = _names(self._glove, self._blank > 0)
+            told.append(f"{self.blank} frames have no reading of {names}")
+        if self.stuck:
+            share = 100.0 * self.stuck / self.frames
+            names = _names(self._glove, self._stuck > 0)
+            told.append(f"{names} saturated in {share:.3g} % of frames")
+        still = (self._low == self._high) & ~empty
+        if moving and self.frames >= _STILL and still.any():
+            names = _names(self._glove, still)
+            told.append(f"{names} never changed: is it connected?")
+        return tuple(told)
+
+
+def remarks(glove: Glove, readings: Floats, moving: bool = True) -> tuple[str, ...]:
+    """Say what is odd about (T, S) readings, see `Watch.remarks`."""
+    watch = Watch(glove)
+    watch.see(readings)
+    return watch.remarks(moving)
 
 
 def _names(glove: Glove, which: Bools) -> str:

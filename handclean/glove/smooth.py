@@ -8,11 +8,11 @@ would lag behind the motion). Streams go through in chunks with their neighbours
 sides, so that how they are cut changes nothing.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from handclean.arrays import Floats
+from handclean.arrays import Bools, Floats
 
 _HALF = 1.4692
 """omega s at which (1 + x) exp(-x), x = (omega s)^2 / 2, has fallen to 1/sqrt 2."""
@@ -29,27 +29,37 @@ def width(cutoff_hz: float) -> float:
     return _HALF / (2.0 * np.pi * cutoff_hz)
 
 
-def smoothed(times: Floats, values: Floats, cutoff_hz: float) -> Floats:
+Judge = Callable[[Floats], Bools]
+"""Of (T, S) readings, which are wrong."""
+
+
+def smoothed(
+    times: Floats, values: Floats, cutoff_hz: float, wrong: Judge | None = None
+) -> Floats:
     """(T, S) readings without what is faster than the cutoff.
 
     Parameters
     ----------
     times : (T,) [s], rising; values : (T, S), nan where blank (and so it stays).
     cutoff_hz : where the gain is 1/sqrt 2; 0 leaves readings as they are.
+    wrong : tells readings that say nothing of their neighbours; they stay as they are.
     """
-    parts = [part for _, _, part in smoothed_chunks([(times, values)], cutoff_hz)]
+    stream = smoothed_chunks([(times, values)], cutoff_hz, wrong)
+    parts = [part for _, _, part in stream]
     return np.concatenate(parts) if parts else values.copy()
 
 
 def smoothed_chunks(
-    chunks: Iterable[tuple[Floats, Floats]], cutoff_hz: float
+    chunks: Iterable[tuple[Floats, Floats]],
+    cutoff_hz: float,
+    wrong: Judge | None = None,
 ) -> Iterator[tuple[Floats, Floats, Floats]]:
     """Go through times, readings and smoothed readings of a stream.
 
     Parameters
     ----------
     chunks : (t,) [s] times and (t, S) readings, in order.
-    cutoff_hz : see `smoothed`.
+    cutoff_hz, wrong : see `smoothed`.
 
     Yields
     ------
@@ -69,7 +79,7 @@ def smoothed_chunks(
             values = np.concatenate([held[1], values])
         ready = int(np.searchsorted(times, times[-1] - reach))
         if ready > before:
-            done = _filtered(times, values, cutoff_hz)
+            done = _filtered(times, values, cutoff_hz, wrong)
             rows = slice(before, ready)
             yield times[rows], values[rows], done[rows]
             first = int(np.searchsorted(times, times[ready] - reach))
@@ -78,14 +88,18 @@ def smoothed_chunks(
         held = times, values
     if held is not None and len(held[0]) > before:
         times, values = held
-        done = _filtered(times, values, cutoff_hz)
+        done = _filtered(times, values, cutoff_hz, wrong)
         yield times[before:], values[before:], done[before:]
 
 
-def _filtered(times: Floats, values: Floats, cutoff_hz: float) -> Floats:
+def _filtered(
+    times: Floats, values: Floats, cutoff_hz: float, wrong: Judge | None
+) -> Floats:
     """(T, S) parabolas' values at every frame."""
     size = width(cutoff_hz)
     there = np.isfinite(values)
+    if wrong is not None:
+        there &= ~wrong(values)
     plain = np.where(there, values, 0.0)
     moments = np.zeros((5, *values.shape))  # sums of w u^0 .. w u^4
     sums = np.zeros((3, *values.shape))  # sums of w y u^0 .. w y u^2
@@ -105,7 +119,7 @@ def _add(
     moments: Floats,
     sums: Floats,
     apart: Floats,
-    there: Floats,
+    there: Bools,
     plain: Floats,
     here: slice,
     other: slice,
@@ -119,7 +133,7 @@ def _add(
             sums[power, here] += term * plain[other]
 
 
-def _parabola(m: Floats, y: Floats) -> tuple[Floats, Floats]:
+def _parabola(m: Floats, y: Floats) -> tuple[Floats, Bools]:
     """Value at zero of the parabola with these sums, by Cramer; whether it has one."""
     a = m[2] * m[4] - m[3] ** 2
     b = m[1] * m[4] - m[2] * m[3]

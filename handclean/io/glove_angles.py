@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handclean.arrays import Floats
+from handclean.io import seal
 from handclean.io.h5 import LIBRARY, put, put_attrs, storage_of
 from handclean.io.parts import Part
 from handclean.io.session import write_session
@@ -58,6 +59,7 @@ def write_long(
                 own = {"labels": list(labels), "model": [name] * len(labels)}
                 put(group, Part(items=own), str(path))
                 _write(group, "positions", places, "m")
+        seal.renew(path)
     except OSError as error:
         raise unwritable(path, error) from None
 

@@ -46,6 +46,22 @@ def write(path: Path, image: bytes, at: int) -> None:
             file.write(part)
 
 
+def renew(path: Path) -> None:
+    """Seal a sealed file again, after more was written into it.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read or written.
+    """
+    with h5py.File(path, "r", locking=False) as file:
+        at = file[NAME].id.get_offset()
+    with path.open("r+b") as raw:
+        digest = _digest(raw, at)
+        raw.seek(at)
+        raw.write(digest)
+
+
 def intact(path: Path) -> bool | None:
     """Whether a file is as it was written; None if it has no seal to tell by.
 

@@ -51,7 +51,8 @@ def test_what_follows_has_the_sigma_of_what_it_follows(made, rng):
     pip = order.index("index_pip_flexion")
     np.testing.assert_allclose(angles[:, 0], mean[:, pip])
     np.testing.assert_allclose(angles[:, 1], 0.6667 * mean[:, pip])
-    np.testing.assert_allclose(sigma[:, 1], 0.6667 * np.sqrt(variance[:, pip]))
+    rule = 0.1 * 0.6667 * mean[:, pip]  # people differ in how a DIP follows
+    np.testing.assert_allclose(sigma[:, 1] ** 2, 0.6667**2 * variance[:, pip] + rule**2)
     ring, little = (
         order.index(n) for n in ("middle_ring_abduction", "ring_little_abduction")
     )
@@ -73,8 +74,7 @@ def test_doubt_grows_away_from_the_samples(made):
     near, far = cal.sure(made, variance, between)
     assert near
     assert not far
-    assert set(cal.foreign(made, values[1:])) == set(GLOVE.sensors)
-    assert cal.foreign(made, values[:1]) == {}
+    assert cal.foreign(made, values).tolist() == [[False] * 14, [True] * 14]
 
 
 def test_missing_readings_give_missing_rotations(made):

@@ -80,6 +80,17 @@ def test_blank_and_lonely_readings_stay_as_they_are(rng):
     np.testing.assert_allclose(out[38:], values[38:])
 
 
+def test_wrong_readings_stay_and_tell_nothing(rng):
+    times = np.arange(60) / 60.0
+    values = np.linspace(0.0, 5.0, 60)[:, None] + 100.0
+    broken = values.copy()
+    broken[30:32] = 255.0
+    out = smoothed(times, broken, 8.0, lambda v: v >= 255.0)
+    np.testing.assert_array_equal(out[30:32], 255.0)
+    others = np.r_[0:30, 32:60]
+    np.testing.assert_allclose(out[others], values[others], atol=1e-9)
+
+
 def test_no_cutoff_leaves_readings_alone(rng):
     values = rng.normal(size=(9, 3))
     np.testing.assert_array_equal(smoothed(np.arange(9.0), values, 0.0), values)

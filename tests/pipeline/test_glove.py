@@ -19,7 +19,7 @@ from handclean.glove.settings import (
     GloveSampleConfig,
 )
 from handclean.hand.subject import Subject
-from handclean.io import files
+from handclean.io import files, seal
 from handclean.io.glove import write_readings
 from handclean.io.session import write_session
 from handclean.io.subject import write_subject
@@ -158,7 +158,7 @@ def test_free_movement_becomes_angles_near_the_truth(folder, session, calibratio
     assert motion.trusted.shape == (take.frames,)
     dip, pip = (motion.names.index(f"index_{j}_flexion") for j in ("dip", "pip"))
     ratio = motion.angles_sigma[:, dip] / motion.angles_sigma[:, pip]
-    np.testing.assert_allclose(ratio, 0.6667)
+    assert np.all(ratio >= 0.6667 - 1e-9)  # and how people differ from the rule
     assert take.provenance[-1]["command"] == "calibrate-glove apply"
 
 
@@ -286,6 +286,88 @@ def test_rewearing_without_a_calibration_or_with_one_of_another_glove_is_refused
     report = rewear(folder / "no.h5", calibration, other)
     assert "samples: are of glove mine, the calibration of cyberglove18" in report.error
     assert not (folder / "no.h5").exists()
+
+
+def test_angles_are_kept_as_up_to_date_when_nothing_changed(folder, calibration):
+    out, path = folder / "kept.h5", folder / "w2_pose-ok-1.csv"
+    assert apply(out, path, calibration).status == "done"
+    assert seal.intact(out)
+    before = out.read_bytes()
+    assert apply(out, path, calibration).status == "skipped"
+    tips = replace(APPLYING, tips=True)
+    assert apply(out, path, calibration, tips).status == "done"
+    assert seal.intact(out)
+    assert out.read_bytes() != before
+
+
+def test_a_saturated_reading_does_not_reach_its_neighbours(folder, calibration):
+    def change(lines):
+        at = lines[1].split(",").index("I_PIP")
+        rows = [line.split(",") for line in lines[2:]]
+        for row in rows[500:502]:
+            row[at] = "0"
+        return [*lines[:2], *(",".join(row) for row in rows)]
+
+    found = []
+    for path in (folder / "w2_motion.csv", broken(folder, "spike.csv", change)):
+        out = folder / f"spike_{path.stem}.h5"
+        assert apply(out, path, calibration).status == "done"
+        found.append(files.read(out).motions["right"])
+    assert not found[1].trusted[500:502].any()
+    near = np.r_[490:500, 502:512]
+    off = np.degrees(np.abs(found[1].angles - found[0].angles)[near])
+    assert off.max() < 3.0
+
+
+def test_what_is_wrong_late_in_a_stream_is_told_and_not_trusted(folder, calibration):
+    def change(lines):
+        head, rows = lines[:2], [line.split(",") for line in lines[2:]]
+        names = head[1].split(",")
+        for row in rows[600:900]:
+            row[names.index("M_PIP")] = "255"
+        for row in rows[600:]:
+            row[names.index("I_MCP")] = "250"  # far beyond what any sample reads
+        return [*head, *(",".join(row) for row in rows)]
+
+    path = broken(folder, "late.csv", change)
+    chosen = GloveApplyConfig(chunk=200, max_sigma_deg=90.0)
+    report = apply(
+        folder / "late.h5", path, calibration, replace(APPLYING, apply=chosen)
+    )
+    assert any("M_PIP saturated in 25 %" in text for text in report.warnings)
+    assert any("I_MCP" in t and "far outside" in t for t in report.warnings)
+    trusted = files.read(folder / "late.h5").motions["right"].trusted
+    assert trusted[:590].mean() > 0.9
+    assert not trusted[600:].any()
+
+
+def test_two_poses_are_told_to_be_few(folder, samples):
+    out = folder / "two.h5"
+    settings = GloveFitting(fit=QUICK, jobs=1)
+    report = run("calibrate-glove fit", settings, out, samples[0], samples[2])
+    assert report.status == "done", report.error
+    assert any("is known at 2 angles" in text for text in report.warnings)
+    floors = report.figures["floor_deg"]
+    assert floors["index_pip_flexion"] > 8.0
+
+
+def test_a_sensor_that_was_not_connected_is_refused(folder):
+    made = []
+    for pose in ("flat", "fist"):
+        path = folder / f"w1_pose-{pose}-1.csv"
+        lines = path.read_text().splitlines()
+        at = lines[1].split(",").index("R_PIP")
+        rows = [line.split(",") for line in lines[2:]]
+        for row in rows:
+            row[at] = "120"
+        dead = folder / f"dead-{pose}.csv"
+        dead.write_text("\n".join([*lines[:2], *(",".join(r) for r in rows)]) + "\n")
+        made.append(folder / f"dead-{pose}.h5")
+        assert sample(made[-1], dead, pose=pose).status == "done"
+    settings = GloveFitting(fit=QUICK, jobs=1)
+    report = run("calibrate-glove fit", settings, folder / "no2.h5", *made)
+    assert report.status == "failed"
+    assert "R_PIP reads 120 in all" in report.error
 
 
 def test_rotations_that_are_too_unsure_are_named(folder, calibration):
@@ -431,7 +513,7 @@ def test_dead_blank_and_saturated_sensors_are_told(folder, calibration):
     assert report.figures["trusted"] == 0.0
     path = broken(folder, "blank.csv", setting("M_PIP", ""))
     report = apply(folder / "blank.h5", path, calibration)
-    assert any("no reading of M_PIP" in text for text in report.warnings)
+    assert any("M_PIP reads nothing" in text for text in report.warnings)
     motion = files.read(folder / "blank.h5").motions["right"]
     pip = motion.names.index("middle_pip_flexion")
     assert np.isnan(motion.angles[:, pip]).all()

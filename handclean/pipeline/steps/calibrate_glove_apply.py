@@ -1,15 +1,15 @@
 """Joint angles from a glove's readings, a chunk at a time."""
 
-import shutil
 import tempfile
 import weakref
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from handclean.arrays import Floats
+from handclean.arrays import Bools, Floats
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.glove import readings as checks
 from handclean.glove.calibrate import (
@@ -50,13 +50,15 @@ _UNEVEN = 0.1
 
 
 class _Scratch:
-    """Arrays that grow on a disk; gone with the object."""
+    """Arrays that grow on a disk, in files that are gone with the process."""
 
     def __init__(self, widths: dict[str, int]) -> None:
-        folder = Path(tempfile.mkdtemp(prefix="handclean-"))
         self._widths = widths
-        self._open = {name: (folder / name).open("wb") for name in widths}
-        weakref.finalize(self, _clear, folder, self._open)
+        self._open = {
+            name: tempfile.TemporaryFile(prefix="handclean-")  # noqa: SIM115
+            for name in widths
+        }
+        weakref.finalize(self, _close, self._open)
 
     def add(self, **parts: Floats) -> None:
         for name, values in parts.items():
@@ -65,16 +67,16 @@ class _Scratch:
     def arrays(self, frames: int) -> dict[str, Floats]:
         out: dict[str, Floats] = {}
         for name, file in self._open.items():
-            file.close()
+            file.flush()
             shape = (frames, self._widths[name])
-            out[name] = np.memmap(file.name, dtype=np.float64, mode="r", shape=shape)
+            out[name] = np.memmap(file, dtype=np.float64, mode="r", shape=shape)
+            file.close()
         return out
 
 
-def _clear(folder: Path, files: dict[str, Any]) -> None:
+def _close(files: dict[str, Any]) -> None:
     for file in files.values():
         file.close()
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
@@ -96,19 +98,20 @@ def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
             "tips": 15,
         }
     )
-    tally = _Tally()
+    tally = _Tally(calibration)
     chunks = (
         (times, checks.arranged(values, places))
         for times, values in found.chunks(settings.apply.chunk)
     )
-    stream = smoothed_chunks(chunks, settings.apply.cutoff_hz)
+    cutoff = settings.apply.cutoff_hz
+    stream = smoothed_chunks(chunks, cutoff, partial(checks.saturated, glove))
     for times, readings, smooth in stream:
-        tally.see(calibration, times, readings)
+        far = tally.see(times, readings)
         mean, variance = predict_measured(calibration, smooth)
         angles, sigma = to_hinges(glove, tree.hinges, mean, variance)
         trusted = sure(calibration, variance, np.radians(settings.apply.max_sigma_deg))
         good = checks.usable(glove, readings)
-        trusted &= good
+        trusted &= good & ~far
         tally.add(variance, trusted, good, settings.apply.max_sigma_deg)
         scratch.add(
             angles=angles, sigma=sigma, trusted=trusted[:, None].astype(np.float64)
@@ -123,33 +126,31 @@ def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
 class _Tally:
     """What is counted while a stream goes by."""
 
-    def __init__(self) -> None:
-        self.frames = self.trusted = self.missing = self.saturated = 0
+    def __init__(self, calibration: Calibration) -> None:
+        self._calibration = calibration
+        self.watch = checks.Watch(calibration.glove)
+        self.frames = self.trusted = self.missing = 0
         self.first = self.last = self.uneven = 0.0
         self.sum, self.count = 0.0, 0
         self.step = 0.0
-        self.remarks: dict[str, None] = {}
-        self.foreign: dict[str, float] = {}
+        self.foreign: Any = 0
         self.unsure: Any = 0
 
-    def see(self, calibration: Calibration, times: Floats, readings: Floats) -> None:
-        glove = calibration.glove
+    def see(self, times: Floats, readings: Floats) -> Bools:
+        """Count a chunk; return (t,) frames that are foreign to the samples."""
         if self.frames == 0:
             self.first = float(times[0])
             self.step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-            for text in checks.remarks(glove, readings):
-                self.remarks[text] = None
-            for sensor, share in foreign(calibration, readings).items():
-                self.foreign[sensor] = share
+        self.watch.see(readings)
+        far = foreign(self._calibration, readings)
+        self.foreign = self.foreign + far.sum(axis=0)
         if self.step > 0.0:
             even = self.first + (self.frames + np.arange(len(times))) * self.step
             off = np.abs(np.diff(times - even)).max() if len(times) > 1 else 0.0
             self.uneven = max(self.uneven, float(off) / self.step)
-        own = [glove.sensors.index(sensor) for sensor in glove.used]
-        stuck = checks.saturated(glove, readings[:, own]).any(axis=1)
-        self.saturated += int(stuck.sum())
         self.last = float(times[-1])
         self.frames += len(times)
+        return np.asarray(far.any(axis=1))
 
     def add(self, variance: Floats, trusted: Any, good: Any, most: float) -> None:
         self.trusted += int(trusted.sum())
@@ -202,7 +203,6 @@ def _outcome(
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
         made = replace(take, provenance=provenance)
-        assert scratch is not None  # its folder lives as long as this function
         if path.suffix.lower() == ".h5":
             write_long(path, made, name, tree.hinges, motion, tips)
             return ()
@@ -218,7 +218,7 @@ def _outcome(
         "rate_hz": float(rate),
         "trusted": tally.trusted / frames,
         "missing": tally.missing / frames,
-        "saturated": tally.saturated / frames,
+        "saturated": tally.watch.stuck / frames,
         "sigma_deg": float(sigma),
     }
     if not tally.count:
@@ -239,13 +239,15 @@ def _without_tips(scratch: _Scratch, frames: int) -> dict[str, Floats]:
 
 
 def _warnings(calibration: Calibration, tally: _Tally, subject: Any) -> tuple[str, ...]:
-    told = list(tally.remarks)
-    if tally.foreign:
-        names = ", ".join(tally.foreign)
-        most = 100 * max(tally.foreign.values())
+    told = list(tally.watch.remarks())
+    far = np.asarray(tally.foreign) / max(tally.frames, 1)
+    if (far > _OFTEN).any():
+        sensors = calibration.glove.sensors
+        names = ", ".join(sensors[k] for k in np.flatnonzero(far > _OFTEN))
         told.append(
-            f"{names} read far outside what was calibrated, in up to {most:.0f} % of "
-            "frames: another glove, or another wearer?"
+            f"{names} read far outside what was calibrated, in up to "
+            f"{100 * far.max():.0f} % of frames, which are not trusted: another glove, "
+            "or another wearer?"
         )
     if tally.uneven > _UNEVEN:
         told.append(
