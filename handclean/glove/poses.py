@@ -34,6 +34,8 @@ def key_poses(path: Path = SHIPPED) -> Mapping[str, Mapping[str, float]]:
 def key_pose(name: str) -> Mapping[str, float]:
     """Return a key pose by its shipped name or as ``FILE.toml:NAME``.
 
+    `handclean.glove.claims.expect_pose` tells whether a hand can take it.
+
     Raises
     ------
     FileError, UnknownNameError
@@ -44,3 +46,9 @@ def key_pose(name: str) -> Mapping[str, float]:
     if inside not in poses:
         raise UnknownNameError("--pose", "key pose", inside, poses)
     return poses[inside]
+
+
+def place_of(name: str) -> str:
+    """Where a key pose is written: what errors about it begin with."""
+    file, _, inside = name.rpartition(":")
+    return f"{file} [{inside}]" if file else f"--pose {inside}"

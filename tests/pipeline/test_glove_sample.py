@@ -1,0 +1,221 @@
+"""``calibrate-glove sample`` and whether recordings fit what is claimed of them."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from handclean.glove.poses import key_poses
+from handclean.glove.settings import GloveExamineConfig, GloveSampleConfig
+from handclean.hand.subject import Subject
+from handclean.io.glove import write_readings
+from handclean.io.session import write_session
+from handclean.io.subject import write_subject
+from handclean.pipeline import plan
+from handclean.pipeline.batch import Source, Task, Work
+from handclean.pipeline.choices import GloveExamining, GloveSampling
+from handclean.pipeline.execute import execute
+from handclean.recording import Motion, Recording
+from handclean.simulation.glove import simulate_glove
+from handclean.simulation.settings import SimulateConfig
+
+SAMPLING = GloveSampling(
+    sample=GloveSampleConfig(most=60), pose="", holds=(), touch="", glove=""
+)
+POSES = """
+[mine]
+index_mcp_flexion = 40
+index_pip_flexion = 45
+
+[misspelt]
+index_mcp_flexion = 40
+index_pip_flexon = 45
+
+[broken]
+middle_mcp_flexion = 400
+
+[beyond]
+index_mcp_flexion = 98
+
+[unmeasured]
+index_dip_flexion = 20
+"""
+
+
+def run(command, settings, output, *paths, reduces=True, **given):
+    sources = tuple(Source(path=Path(path), **given) for path in paths)
+    task = Task(sources=sources, outputs=(output,), token=plan.token(), reduces=reduces)
+    return execute(Work(command=command, settings=settings), task)
+
+
+def sample(folder, *paths, files=None, subjects=(), **known):
+    chosen = replace(SAMPLING, **known)
+    given = {"files": files or {}, "subjects": subjects}
+    paths = [folder / f"{path}.csv" for path in paths]
+    return run("calibrate-glove sample", chosen, folder / "out.h5", *paths, **given)
+
+
+@pytest.fixture(scope="module")
+def session():
+    return simulate_glove(SimulateConfig(seed=2), 0, key_poses())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, session):
+    """Readings, the subject, and poses of one's own."""
+    folder = tmp_path_factory.mktemp("sample")
+    for take in session.takes:
+        if take.name.startswith("w1/"):
+            path = folder / f"{take.name[3:]}.csv"
+            facts = {"glove": session.glove, "subject": "S01"}
+            write_readings(path, take.times, take.readings, session.sensors, facts)
+    tips = session.wearer.tips
+    subject = Subject(
+        name="S01", model=tips, marker_set="fingertips", marker_sigma=np.zeros(5)
+    )
+    write_subject(folder / "S01.h5", subject)
+    (folder / "poses.toml").write_text(POSES)
+    return folder
+
+
+def test_a_pose_of_ones_own_is_sampled(folder):
+    report = sample(folder, "pose-half-1", pose=f"{folder / 'poses.toml'}:mine")
+    assert report.status == "done", report.error
+    assert report.figures["rotations"] == ["index_mcp_flexion", "index_pip_flexion"]
+    assert report.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("pose", "says"),
+    [
+        ("misspelt", "poses.toml [misspelt]: no joint is called 'index_pip_flexon'; "
+            "did you mean index_pip_flexion"),
+        ("broken", "[broken]: middle_mcp_flexion is 400 degrees; it goes from"),
+        ("unmeasured", "[unmeasured]: cyberglove18 measures nothing of it"),
+    ],
+)  # fmt: skip
+def test_a_pose_that_no_hand_takes_is_refused(folder, pose, says):
+    report = sample(folder, "pose-half-1", pose=f"{folder / 'poses.toml'}:{pose}")
+    assert report.status == "failed"
+    assert says in report.error
+    assert report.exit_status == 2
+
+
+def test_a_pose_a_little_beyond_its_range_is_told(folder):
+    report = sample(folder, "pose-half-1", pose=f"{folder / 'poses.toml'}:beyond")
+    assert report.status == "done", report.error
+    [told] = report.warnings
+    assert "index_mcp_flexion is 98 degrees; its active range goes from -25" in told
+
+
+@pytest.mark.parametrize(
+    ("hold", "says"),
+    [
+        ("W_FLEX=200", "wrist_flexion is 200 degrees; it goes from -65 to 70"),
+        ("IM_ABD=250", "index_middle_abduction is 250 degrees; it goes from -5 to 35"),
+        ("index_dip_flexion=20", "--hold index_dip_flexion: cyberglove18 measures"),
+    ],
+)
+def test_a_widget_that_no_hand_takes_or_no_sensor_feels_is_refused(folder, hold, says):
+    report = sample(folder, "hold-index_middle_abduction+20", holds=(hold,))
+    assert report.status == "failed"
+    assert says in report.error
+
+
+def test_free_movement_is_no_pose(folder):
+    report = sample(folder, "markers", pose="fist")
+    assert report.status == "done", report.error
+    [told] = [text for text in report.warnings if "should be still" in text]
+    assert "and 13 more" in told
+    for pose in ("fist", "spread", "thumb-bend"):
+        report = sample(folder, f"pose-{pose}-1", f"pose-{pose}-2", pose=pose)
+        assert report.warnings == ()
+
+
+def test_the_one_sensor_that_moved_in_a_pose_is_named(folder):
+    report = sample(folder, "free-I_PIP", pose="flat")
+    [told] = report.warnings
+    assert "there moved I_PIP by" in told
+    assert told.endswith("of 255; is all of it the pose?")
+
+
+@pytest.fixture(scope="module")
+def glove(folder):
+    """The glove with the ends of its sensors' ranges."""
+    names = sorted(path for path in folder.glob("free-*.csv") if "+" not in path.stem)
+    moved = tuple(path.stem.removeprefix("free-") for path in names)
+    settings = GloveExamining(examine=GloveExamineConfig(), glove="", moved=moved)
+    out = folder / "my.toml"
+    report = run("calibrate-glove examine", settings, out, *names)
+    assert report.status == "done", report.error
+    return out
+
+
+def test_drift_is_told_in_degrees_where_the_ends_of_the_range_are_known(folder, glove):
+    report = sample(folder, "free-I_PIP", pose="flat", files={"glove": glove})
+    [told] = report.warnings
+    degrees = float(re.search(r"I_PIP by (\d+) degrees", told)[1])
+    assert degrees == pytest.approx(100.0, abs=15.0)
+
+
+def test_fingers_that_did_not_touch_are_doubted(folder, glove):
+    given = {"files": {"glove": glove}, "subjects": (folder / "S01.h5",)}
+    touched = sample(folder, "touch-thumb-index", touch="thumb,index", **given)
+    assert touched.warnings == ()
+    assert touched.figures["moved_deg"] < 12.0
+    free = sample(folder, "markers", touch="thumb,index", **given)
+    [told] = free.warnings
+    assert "degrees from touching: did thumb and index touch? --start" in told
+
+
+def test_figures_of_touching_are_those_of_all_recordings(folder, glove):
+    given = {"files": {"glove": glove}, "subjects": (folder / "S01.h5",)}
+    given["touch"] = "thumb,index"
+    one, two, both = (
+        sample(folder, *names, **given).figures
+        for names in (
+            ["touch-thumb-index"],
+            ["markers"],
+            ["touch-thumb-index", "markers"],
+        )
+    )
+    assert both["samples"] == one["samples"] + two["samples"]
+    mean = np.average(
+        [one["moved_deg"] ** 2, two["moved_deg"] ** 2],
+        weights=[one["samples"], two["samples"]],
+    )
+    assert both["moved_deg"] == pytest.approx(np.sqrt(mean), rel=1e-6)
+
+
+def test_markers_that_tell_nothing_are_said_to(folder, session):
+    take = next(take for take in session.takes if take.name == "w1/markers")
+    tree = session.wearer.tree
+    motion = Motion(
+        names=tree.hinges,
+        angles=take.angles,
+        trusted=np.zeros(len(take.times), dtype=bool),
+    )
+    recording = Recording(
+        rate=60.0,
+        frames=len(take.times),
+        motions={"right": motion},
+        skeletons={"right": tree},
+    )
+    write_session(folder / "untrusted.h5", recording)
+    given = {"files": {"markers": folder / "untrusted.h5"}}
+    report = sample(folder, "markers", **given)
+    assert report.status == "failed"
+    assert "untrusted.h5: has no angle the glove measures" in report.error
+
+
+def test_tips_that_do_not_meet_give_no_sample_and_say_so(folder, glove):
+    given = {"files": {"glove": glove}, "subjects": (folder / "S01.h5",)}
+    never = GloveSampleConfig(most=60, reach_m=0.0)
+    report = sample(
+        folder, "touch-thumb-index", touch="thumb,index", sample=never, **given
+    )
+    assert report.status == "failed"
+    assert "none of 60 frames could fingertips be brought together" in report.error
+    assert "--start CALIBRATION" in report.error
