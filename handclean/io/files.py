@@ -17,7 +17,7 @@ from handclean.hand.surface import Surface
 from handclean.io.bvh import write_bvh
 from handclean.io.bvh_angles import read_bvh_angles
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
-from handclean.io.glove import inspect_readings, is_readings
+from handclean.io.glove_inspect import inspect_readings, is_readings, may_be_readings
 from handclean.io.gltf_write import write_glb
 from handclean.io.h5 import format_of, read_h5
 from handclean.io.keeps import lost
@@ -66,6 +66,8 @@ READERS: dict[str, Reader] = {
     ".tsv": _text(read_tsv),
     ".bvh": _text(read_bvh_angles),
 }
+
+_GLOVE = "if a glove's sensors read this, calibrate-glove takes it with --glove"
 
 WRITERS: dict[str, Writer] = {
     ".c3d": write_c3d,
@@ -192,19 +194,24 @@ def inspect(
     """
     path = Path(path)
     suffix = path.suffix.lower()
+    if suffix in (".csv", ".h5") and is_readings(path):
+        return inspect_readings(path, rate_hz)
     if suffix == ".h5" and (name := format_of(path)) != FORMAT:
         return _inspect_h5(path, name)
     if suffix == ".c3d":
         return _inspect_c3d(path, rate_hz, unit)
-    if suffix == ".csv" and is_readings(path):
-        return inspect_readings(path, rate_hz)
     if suffix == ".mot":
         return inspect_mot(path)
     if suffix == ".glb":
         return inspect_glb(path)
     if suffix in MESHES:
         return inspect_mesh(path, unit=unit)
-    reading, unsaid = _as_far_as_said(path, rate_hz, unit)
+    try:
+        reading, unsaid = _as_far_as_said(path, rate_hz, unit)
+    except FileError as error:
+        if suffix == ".csv" and may_be_readings(path):
+            raise HandcleanError(f"{error}; {_GLOVE}") from None
+        raise
     about = {
         "format": suffix.removeprefix("."),
         **_about(reading.recording),

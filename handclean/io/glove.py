@@ -5,13 +5,14 @@ A CSV of ours begins with ``# handclean readings`` and a JSON object of facts
 people's files have a header of sensor names, with or without a column of times, or no
 header: then columns are the glove's sensors in their order, perhaps after a time [s].
 HDF5 files have ``readings`` (T, S) and, if known, ``time`` (T,) [s], ``sensors``, and
-the facts as attributes. Blank cells and nan are missing.
+the facts as attributes; other people's need not say that they are readings. Blank cells
+and nan are missing.
 """
 
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +21,33 @@ import numpy as np
 
 from handclean.arrays import Floats, expect_shape
 from handclean.errors import FileError, UsageError
-from handclean.io.h5 import format_of, write_h5
+from handclean.io.h5 import write_h5
 from handclean.io.parts import Array, Part
 from handclean.io.writing import write_lines
 
 FORMAT = "handclean glove readings"
 
-_MARK = "# handclean readings"
+MARK = "# handclean readings"
+"""What a CSV of ours begins with."""
+
 _TIME = {"time", "times", "time_s", "timesec", "timeseconds", "t"}
 _FRAME = {"frame", "frames", "frameno", "framenumber", "sample"}
 _AGREE = 1e-3
+_HEAD = 2000
+"""Frames whose times tell a rate."""
+
+_ROUNDED = 1e-3
+"""[s] to which times may be rounded."""
+
 _LONGEST_LINE = 2**20
+_NO_READINGS = (
+    "has no dataset 'readings' (frames, sensors)",
+    "with it may stand 'time' [s] and 'sensors'",
+)
+
+
+_Piece = tuple[Floats, Floats, Sequence[int]]
+"""Times, readings, and the number of each frame's line (CSV) or of the frame (HDF5)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,21 +82,40 @@ class ReadingsFile:
         """
         pieces = self._h5(size) if _is_h5(self.path) else self._csv(size)
         last, frames = -math.inf, 0
-        for times, values in pieces:
+        for times, values, numbers in pieces:
             if len(times) == 0:
                 continue
-            if not np.isfinite(times).all():
-                raise FileError(self.path, "has frames without a time")
-            steps = np.diff(times, prepend=last if frames else times[0] - 1.0)
+            blank = ~np.isfinite(times)
+            if blank.any():
+                at = numbers[int(np.argmax(blank))]
+                raise FileError(self._where(at), "is without a time")
+            steps = np.diff(times, prepend=last)
             if np.any(steps <= 0.0):
-                at = frames + int(np.argmax(steps <= 0.0)) + 1
+                k = int(np.argmax(steps <= 0.0))
+                before = times[k - 1] if k else last
                 raise FileError(
-                    self.path, f"frame {at} is not later than the one before it"
+                    self._where(numbers[k]),
+                    f"its time {times[k]:.10g} s is not later than the {before:.10g} s "
+                    "before it",
+                    f"without the {self._called_time}, --rate tells",
                 )
             last, frames = float(times[-1]), frames + len(times)
             yield times, values
         if frames == 0:
             raise FileError(self.path, "has no readings")
+
+    @property
+    def _called_time(self) -> str:
+        return "dataset 'time'" if _is_h5(self.path) else "column of times"
+
+    def _where(self, number: int) -> str:
+        what = "frame" if _is_h5(self.path) else "line"
+        return f"{self.path} {what} {number}"
+
+    @property
+    def has_times(self) -> bool:
+        """Whether it says when its frames were."""
+        return self._time_column >= 0
 
     def all(self) -> tuple[Floats, Floats]:
         """(T,) [s] times and (T, S) readings of the whole file."""
@@ -89,36 +125,37 @@ class ReadingsFile:
             np.concatenate([values for _, values in pieces]),
         )
 
-    def _csv(self, size: int) -> Iterator[tuple[Floats, Floats]]:
+    def _csv(self, size: int) -> Iterator[_Piece]:
         width = self.columns + len(self._skipped)
-        done, rows = 0, []
+        done, rows, numbers = 0, [], []
         with self.path.open("rb") as file:
             for number, line in enumerate(_lines(self.path, file), start=1):
                 if number <= self._lines or not line.strip():
                     continue
                 rows.append(_numbers(self.path, number, line, width))
+                numbers.append(number)
                 if len(rows) == size:
-                    yield self._split(np.array(rows), done)
-                    done, rows = done + len(rows), []
+                    yield *self._split(np.array(rows), done), numbers
+                    done, rows, numbers = done + len(rows), [], []
         if rows:
-            yield self._split(np.array(rows), done)
+            yield *self._split(np.array(rows), done), numbers
 
     def _split(self, grid: Floats, done: int) -> tuple[Floats, Floats]:
         values = np.delete(grid, self._skipped, axis=1)
-        if self._time_column >= 0:
+        if self.has_times:
             return grid[:, self._time_column].copy(), values
         return (done + np.arange(len(grid))) / self.rate, values
 
-    def _h5(self, size: int) -> Iterator[tuple[Floats, Floats]]:
+    def _h5(self, size: int) -> Iterator[_Piece]:
         with _opened(self.path) as file:
             readings = file["readings"]
             for begin in range(0, len(readings), size):
                 rows = slice(begin, begin + size)
                 values = np.asarray(readings[rows], dtype=np.float64)
-                if "time" in file:
-                    yield np.asarray(file["time"][rows], dtype=np.float64), values
-                else:
-                    yield (begin + np.arange(len(values))) / self.rate, values
+                times = (begin + np.arange(len(values))) / self.rate
+                if self.has_times:
+                    times = np.asarray(file["time"][rows], dtype=np.float64)
+                yield times, values, range(begin + 1, begin + 1 + len(values))
 
 
 def _is_h5(path: Path) -> bool:
@@ -142,73 +179,66 @@ def open_readings(
     UsageError
         If the rate is needed and not given, or contradicts the file.
     """
-    if path.suffix.lower() not in (".csv", ".h5"):
-        right = "readings are .csv or .h5"
-        raise FileError(path, f"no format is called '{path.suffix}'", right)
-    if not path.exists():
-        raise FileError(path, "no such file")
-    found = _open_h5(path) if _is_h5(path) else _open_csv(path, sensors)
-    times = found._time_column >= 0
+    found = head_of(path, sensors)
+    if found.has_times:
+        if rate_hz:
+            _expect_rate(found, rate_hz)
+        return found
     said = found.facts.get("rate_hz")
     said = float(said) if isinstance(said, int | float) and said > 0 else None
     if rate_hz and said and abs(rate_hz / said - 1.0) > _AGREE:
         raise UsageError(
             f"{path}: --rate {rate_hz:g} Hz, but the file says {said:g} Hz"
         )
-    if not times and not (rate_hz or said):
+    if not (rate_hz or said):
         raise UsageError(f"{path}: has no times; give --rate")
-    return _with_rate(found, math.nan if times else float(rate_hz or said or 1.0))
+    return replace(found, rate=float(rate_hz or said or 1.0))
 
 
-def is_readings(path: Path) -> bool:
-    """Whether a CSV says that it holds readings."""
-    try:
-        with path.open("rb") as file:
-            return (
-                file.read(len(_MARK) + 3)
-                .lstrip(b"\xef\xbb\xbf")
-                .startswith(_MARK.encode())
-            )
-    except OSError:
-        return False
-
-
-def inspect_readings(path: Path, rate_hz: float | None) -> dict[str, Any]:
-    """Return what is in a file of readings, as plain JSON values.
+def facts_of(path: Path) -> Mapping[str, Any]:
+    """Return what a file of readings says of itself; its rate need not be known.
 
     Raises
     ------
-    FileError, UsageError
-        If it cannot be read, or its rate is not known.
+    FileError
+        If there is no such file or it is not one of readings.
     """
-    found = open_readings(path, rate_hz=rate_hz)
-    frames, blank, first, last = 0, 0, math.nan, math.nan
-    low, high = np.full(found.columns, np.inf), np.full(found.columns, -np.inf)
-    for times, values in found.chunks(50_000):
-        first = float(times[0]) if frames == 0 else first
-        last = float(times[-1])
-        frames += len(times)
-        blank += int(np.isnan(values).sum())
-        low, high = np.fmin(low, values.min(axis=0)), np.fmax(high, values.max(axis=0))
-    rate = (frames - 1) / (last - first) if frames > 1 else None
-    still = [s for s, a, b in zip(found.sensors, low, high, strict=False) if a == b]
-    traps = [f"{name} never changes" for name in still]
-    if blank:
-        traps.append(f"{blank} readings are missing")
-    return {
-        "format": "glove readings",
-        "frames": frames,
-        "rate": rate,
-        "duration_s": frames / rate if rate else None,
-        "sensors": list(found.sensors),
-        "facts": dict(found.facts),
-        "traps": traps,
-    }
+    return head_of(path, 0).facts
 
 
-def _with_rate(found: ReadingsFile, rate: float) -> ReadingsFile:
-    parts = {name: getattr(found, name) for name in found.__dataclass_fields__}
-    return ReadingsFile(**{**parts, "rate": rate})
+def head_of(path: Path, sensors: int) -> ReadingsFile:
+    """Look at the head of a file whose rate need not be known.
+
+    Parameters
+    ----------
+    sensors : of the glove; tells a column of times in files without a header.
+
+    Raises
+    ------
+    FileError
+        If there is no such file or it is not one of readings.
+    """
+    if path.suffix.lower() not in (".csv", ".h5"):
+        right = "readings are .csv or .h5"
+        raise FileError(path, f"no format is called '{path.suffix}'", right)
+    if not path.exists():
+        raise FileError(path, "no such file")
+    return _open_h5(path) if _is_h5(path) else _open_csv(path, sensors)
+
+
+def _expect_rate(found: ReadingsFile, rate_hz: float) -> None:
+    """Expect times to run at a rate, in the mean or (with frames lost) the median."""
+    times, _ = next(found.chunks(_HEAD))
+    if len(times) < 2:
+        return
+    span = float(times[-1] - times[0])
+    steps = np.array([span / (len(times) - 1), np.median(np.diff(times))])
+    if np.all(np.abs(steps * rate_hz - 1.0) > _AGREE + _ROUNDED / span):
+        rate = 1.0 / steps[1] if abs(steps[1] - steps[0]) > 0.1 * steps[0] else 0.0
+        raise UsageError(
+            f"{found.path}: --rate {rate_hz:g} Hz, but its times run at "
+            f"{rate or 1.0 / steps[0]:.4g} Hz"
+        )
 
 
 def _open_csv(path: Path, sensors: int) -> ReadingsFile:
@@ -218,13 +248,17 @@ def _open_csv(path: Path, sensors: int) -> ReadingsFile:
         skipped = 0
         for line in lines:
             text = line.decode("utf-8", "replace").strip().lstrip("\ufeff")
-            if text.startswith(_MARK):
-                facts = _facts(path, text.removeprefix(_MARK))
+            if text.startswith(MARK):
+                facts = _facts(path, text.removeprefix(MARK))
             if text and not text.startswith("#"):
                 break
             skipped += 1
         else:
             raise FileError(path, "has no readings")
+    for mark, name in ((";", "semicolons"), ("\t", "tabs")):
+        if mark in text:
+            right = "save it with commas and decimal points"
+            raise FileError(path, f"its cells are parted by {name}", right)
     cells = [cell.strip().strip('"') for cell in text.split(",")]
     if all(_is_number(cell) for cell in cells):
         first = len(cells) == sensors + 1
@@ -307,12 +341,16 @@ def _numbers(path: Path, number: int, line: bytes, width: int) -> list[float]:
 
 
 def _open_h5(path: Path) -> ReadingsFile:
-    if (name := format_of(path)) != FORMAT:
-        raise FileError(path, f"is a {name[:40]}", "not one of readings")
     with _opened(path) as file:
+        name = _plain(file.attrs.get("format", FORMAT))
+        if name != FORMAT:
+            raise FileError(path, f"is a {str(name)[:40]}", "not one of readings")
         readings = file.get("readings")
         if not isinstance(readings, h5py.Dataset) or readings.ndim != 2:
-            raise FileError(path, "has no readings (T, S)")
+            raise FileError(path, *_NO_READINGS)
+        for key in ("readings", "time"):
+            if key in file and not _is_plain(file, key):
+                raise FileError(f"{path}/{key}", "should hold numbers of its own")
         if "time" in file and file["time"].shape != readings.shape[:1]:
             raise FileError(path, f"has {len(readings)} frames and other times")
         names = _names(file)
@@ -330,6 +368,17 @@ def _open_h5(path: Path) -> ReadingsFile:
             facts=facts,
             _time_column=0 if timed else -1,
         )
+
+
+def _is_plain(file: Any, key: str) -> bool:
+    """Whether a part is a dataset of numbers that is kept in this file."""
+    item = file[key]
+    return (
+        isinstance(file.get(key, getlink=True), h5py.HardLink)
+        and isinstance(item, h5py.Dataset)
+        and item.dtype.kind in "biuf"
+        and not (item.is_virtual or item.external)
+    )
 
 
 def _opened(path: Path) -> Any:
@@ -393,7 +442,7 @@ def write_readings(
 def _csv_lines(
     times: Floats, readings: Floats, sensors: Sequence[str], facts: Mapping[str, Any]
 ) -> Iterator[str]:
-    yield f"{_MARK} {json.dumps(dict(facts), ensure_ascii=False)}"
+    yield f"{MARK} {json.dumps(dict(facts), ensure_ascii=False)}"
     yield ",".join(["time_s", *sensors])
     for time, row in zip(times.tolist(), readings.tolist(), strict=True):
         cells = ("" if value != value else f"{value:.10g}" for value in row)

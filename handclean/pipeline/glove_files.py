@@ -15,7 +15,7 @@ from handclean.glove.models import from_arrays
 from handclean.glove.samples import Samples
 from handclean.hand.subject import Subject
 from handclean.hand.template import template
-from handclean.io.glove import ReadingsFile, open_readings
+from handclean.io.glove import ReadingsFile, facts_of, open_readings
 from handclean.io.h5 import read_h5, write_h5
 from handclean.io.parts import Array, Fact, Part
 from handclean.io.provenance import provenance_item
@@ -228,8 +228,7 @@ def glove_of(source: Source, name: str) -> Glove:
         return load_glove(given)
     if name:
         return load_glove(name)
-    found = open_readings(source.path, rate_hz=source.rate_hz or 1.0)
-    said = found.facts.get("glove")
+    said = facts_of(source.path).get("glove")
     if not isinstance(said, str) or not said:
         raise FileError(source.path, "does not say its glove", "give --glove")
     return load_glove(said)

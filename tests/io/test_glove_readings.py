@@ -1,9 +1,10 @@
 """Glove readings in files."""
 
+import h5py
 import numpy as np
 import pytest
 
-from handclean.errors import FileError, UsageError
+from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.io import files
 from handclean.io.glove import open_readings, write_readings
 
@@ -72,7 +73,10 @@ def test_a_file_without_times_needs_a_rate(tmp_path):
         ("time_s,A,B\n", "has no readings"),
         ("time_s,A,B\n0,1,2\n1,2\n", "line 3: has 2 cells"),
         ("time_s,A,B\n0,1,x2\n", "line 2: 'x2' is not a number"),
-        ("time_s,A,B\n0,1,2\n0,1,2\n", "frame 2 is not later"),
+        (
+            "time_s,A,B\n0,1,2\n0,1,2\n",
+            "line 3: its time 0 s is not later than the 0 s",
+        ),
         ("time_s,A,B\n0,1,2\n,1,2\n", "without a time"),
         ("time_s,A,A\n0,1,2\n", "'A' twice"),
         ("time_s,A,\n0,1,2\n", "without a name"),
@@ -110,3 +114,129 @@ def test_inspecting_readings_tells_frames_sensors_and_dead_ones(tmp_path, rng):
     assert about["rate"] == pytest.approx(60.0, rel=1e-3)
     assert about["sensors"] == ["A", "B", "C"]
     assert about["traps"] == ["C never changes", "1 readings are missing"]
+
+
+def natural(path, **parts):
+    """An HDF5 file as somebody writes it who knows only names."""
+    with h5py.File(path, "w") as file:
+        for name, values in parts.items():
+            file[name] = values
+    return path
+
+
+def test_hdf5_needs_nothing_but_readings(tmp_path, rng):
+    times, values = made(rng)
+    path = natural(tmp_path / "bare.h5", readings=values)
+    found = open_readings(path, rate_hz=60.0)
+    assert (found.sensors, found.columns) == ((), 3)
+    np.testing.assert_array_equal(found.all()[1], values)
+    names = np.array(SENSORS, dtype=h5py.string_dtype())
+    path = natural(tmp_path / "named.h5", readings=values, time=times, sensors=names)
+    found = open_readings(path)
+    assert found.sensors == SENSORS
+    np.testing.assert_array_equal(found.all()[0], times)
+    about = files.inspect(path)
+    assert about["format"] == "glove readings"
+    assert about["frames"] == 57
+
+
+@pytest.mark.parametrize(
+    ("parts", "says"),
+    [
+        ({"values": np.ones((4, 3))}, "has no dataset 'readings'"),
+        ({"readings": np.ones(4)}, "has no dataset 'readings'"),
+        ({"readings": np.full((4, 3), b"x")}, "should hold numbers"),
+        ({"readings": np.ones((4, 3)), "time": np.ones(3)}, "4 frames and other times"),
+        (
+            {"readings": np.ones((4, 3)), "time": np.array([0.0, 0.1, 0.1, 0.2])},
+            "frame 3: its time 0.1 s is not later than the 0.1 s before it; "
+            "without the dataset 'time', --rate tells",
+        ),
+    ],
+)
+def test_what_is_wrong_with_hdf5_is_named(tmp_path, parts, says):
+    path = natural(tmp_path / "take.h5", **parts)
+    with pytest.raises(FileError, match=says) as caught:
+        open_readings(path, rate_hz=None).all()
+    assert "\n" not in str(caught.value)
+
+
+def test_readings_kept_elsewhere_are_refused(tmp_path, rng):
+    natural(tmp_path / "other.h5", readings=made(rng)[1])
+    path = tmp_path / "linked.h5"
+    with h5py.File(path, "w") as file:
+        file["readings"] = h5py.ExternalLink("other.h5", "/readings")
+    with pytest.raises(FileError, match="numbers of its own"):
+        open_readings(path, rate_hz=60.0)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".h5"])
+def test_a_rate_that_contradicts_the_times_is_refused(tmp_path, rng, suffix):
+    times, values = made(rng, count=600)
+    path = tmp_path / f"take{suffix}"
+    write_readings(path, times, values, SENSORS, {})
+    assert len(open_readings(path, rate_hz=60.0).all()[0]) == 600
+    assert len(open_readings(path, rate_hz=60.03).all()[0]) == 600
+    for rate in (120.0, 60.2, 59.8):
+        with pytest.raises(UsageError, match=f"--rate {rate:g} Hz.* run at 60 Hz"):
+            open_readings(path, rate_hz=rate)
+
+
+def test_lost_frames_and_rounded_times_do_not_contradict_a_rate(tmp_path, rng):
+    times, values = made(rng, count=600)
+    kept = np.setdiff1d(np.arange(600), [50, 51, 52, 300])
+    path = tmp_path / "take.csv"
+    write_readings(path, times[kept], values[kept], SENSORS, {})
+    open_readings(path, rate_hz=60.0)
+    write_readings(path, np.round(times[:57], 3), values[:57], SENSORS, {})
+    open_readings(path, rate_hz=60.0)
+    with pytest.raises(UsageError, match="--rate 120 Hz"):
+        open_readings(path, rate_hz=120.0)
+
+
+def test_a_time_that_runs_backward_names_its_line_in_any_chunk(tmp_path, rng):
+    times, values = made(rng)
+    times[30] = times[28]
+    path = tmp_path / "take.csv"
+    write_readings(path, times, values, SENSORS, {})
+    for size in (1, 7, 30, 100):
+        with pytest.raises(FileError, match=r"line 33: its time 2\.466667 s is not"):
+            list(open_readings(path).chunks(size))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("time_s;A;B;C\n0,0;1,5;2;3\n", "parted by semicolons.*decimal points"),
+        ("0,0;1,5;2;3\n", "parted by semicolons"),
+        ("time_s\tA\tB\tC\n0\t1\t2\t3\n", "parted by tabs"),
+    ],
+)
+def test_other_separators_are_named(tmp_path, text, says):
+    with pytest.raises(FileError, match=says):
+        open_readings(write(tmp_path, text), sensors=3)
+
+
+@pytest.mark.parametrize(
+    "text", ["time_s,A,B,C\n0,1,2,3\n0.1,1,2,3\n", "0,1,2,3\n0.1,1,2,3\n"]
+)
+def test_inspect_says_that_a_csv_may_be_readings(tmp_path, text):
+    with pytest.raises(HandcleanError, match="calibrate-glove takes it with --glove"):
+        files.inspect(write(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    "text", ["frame,M_X,M_Y\n1,2,3\n", "time_s,A,B,C\n0,a,b,c\n", "A\n1\n"]
+)
+def test_inspect_takes_no_other_csv_for_readings(tmp_path, text):
+    with pytest.raises(HandcleanError) as caught:
+        files.inspect(write(tmp_path, text), unit="mm", rate_hz=60.0)
+    assert "glove" not in str(caught.value)
+
+
+def test_inspecting_readings_without_times_asks_for_the_rate(tmp_path):
+    path = write(tmp_path, "# handclean readings {}\nA,B\n1,2\n3,4\n")
+    about = files.inspect(path)
+    assert (about["frames"], about["rate"]) == (2, None)
+    assert about["traps"] == ["has no times; give --rate"]
+    assert files.inspect(path, rate_hz=50.0)["duration_s"] == pytest.approx(0.04)
