@@ -250,7 +250,7 @@ def _open_csv(path: Path, sensors: int) -> ReadingsFile:
             text = line.decode("utf-8", "replace").strip().lstrip("\ufeff")
             if text.startswith(MARK):
                 facts = _facts(path, text.removeprefix(MARK))
-            if text and not text.startswith("#"):
+            if text and not text.startswith(("#", '"#')):  # quoted by spreadsheets
                 break
             skipped += 1
         else:

@@ -209,6 +209,7 @@ def test_a_time_that_runs_backward_names_its_line_in_any_chunk(tmp_path, rng):
     [
         ("time_s;A;B;C\n0,0;1,5;2;3\n", "parted by semicolons.*decimal points"),
         ("0,0;1,5;2;3\n", "parted by semicolons"),
+        ('"# handclean readings {""glove"": ""my""}";;\nA;B\n', "by semicolons"),
         ("time_s\tA\tB\tC\n0\t1\t2\t3\n", "parted by tabs"),
     ],
 )
