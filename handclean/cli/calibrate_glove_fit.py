@@ -2,7 +2,7 @@
 
 import click
 
-from handclean.cli import options
+from handclean.cli import glove_options, options
 from handclean.glove.settings import GloveFitConfig
 from handclean.pipeline import many, progress
 from handclean.pipeline.batch import Batch, Work
@@ -27,6 +27,7 @@ def command(batch: Batch, settings: GloveFitConfig) -> int:
     Example:
         handclean calibrate-glove fit flat.h5 fist.h5 im20.h5 touch.h5 -j 2 -o glove.h5
     """
+    glove_options.expect_h5(batch, "calibrations")
     chosen = GloveFitting(fit=settings, jobs=many.jobs_of(batch))
     with progress.shown(batch.quiet):
         return many.reduce(Work.of("calibrate-glove fit", batch, chosen), batch)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from handclean.cli import options
+from handclean.cli import glove_options, options
 from handclean.pipeline import many
 from handclean.pipeline.batch import Batch, Work
 from handclean.pipeline.choices import GloveRewearing
@@ -32,6 +32,7 @@ def command(batch: Batch, calibration: Path | None) -> int:
     Example:
         handclean calibrate-glove rewear flat.h5 --calibration glove.h5 -o day2.h5
     """
+    glove_options.expect_h5(batch, "calibrations")
     batch = options.with_files(batch, calibration=calibration)
     return many.reduce(
         Work.of("calibrate-glove rewear", batch, GloveRewearing()), batch

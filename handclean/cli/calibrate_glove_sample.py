@@ -61,6 +61,7 @@ def command(
         handclean calibrate-glove sample flat.csv --pose flat -o flat.h5
         handclean calibrate-glove sample im20.csv --hold IM_ABD=20 -o im20.h5
     """
+    glove_options.expect_h5(batch, "samples")
     batch = options.with_files(batch, markers=markers, start=start)
     batch, name = glove_options.with_glove(batch, glove)
     chosen = GloveSampling(

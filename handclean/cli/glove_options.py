@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
+from handclean.errors import UsageError
 from handclean.pipeline.batch import Batch
 
 option = click.option(
@@ -20,3 +21,16 @@ def with_glove(batch: Batch, glove: str) -> tuple[Batch, str]:
     if glove.endswith(".toml"):
         return options.with_files(batch, glove=Path(glove)), ""
     return batch, glove
+
+
+def expect_h5(batch: Batch, what: str) -> None:
+    """Expect an output that can hold samples or calibrations.
+
+    Raises
+    ------
+    UsageError
+        If it is called otherwise.
+    """
+    suffix = Path(batch.output or "").suffix.lower()
+    if suffix not in ("", ".h5"):
+        raise UsageError(f"-o {batch.output}: {what} are .h5 files, not {suffix}")

@@ -16,6 +16,7 @@ from handclean.glove.samples import Samples
 from handclean.hand.subject import Subject
 from handclean.hand.template import template
 from handclean.io.glove import ReadingsFile, facts_of, open_readings
+from handclean.io.glove_inspect import is_readings
 from handclean.io.h5 import read_h5, write_h5
 from handclean.io.parts import Array, Fact, Part
 from handclean.io.provenance import provenance_item
@@ -56,7 +57,7 @@ def read_samples(path: Path) -> tuple[Samples, Glove]:
     FileError
         If the file is not one.
     """
-    part = read_h5(path, SAMPLES)
+    part = _part(path, SAMPLES, "'calibrate-glove sample' makes samples of readings")
     glove = glove_from_text(path, _definition(part))
     sensors, rotations = part.texts("sensors"), part.texts("rotations")
     readings = part.array("readings", "", np.float64, None, len(sensors))
@@ -79,6 +80,15 @@ def read_samples(path: Path) -> tuple[Samples, Glove]:
         groups=groups,
     )
     return samples, glove
+
+
+def _part(path: Path, kind: str, right: str) -> Part:
+    """Read a file of ours; readings and files of other suffixes are told from it."""
+    other = path.suffix.lower() != ".h5" and path.is_file()
+    if other or is_readings(path):
+        what = kind.removeprefix("handclean glove ")
+        raise FileError(path, f"holds no {what} of a glove", right)
+    return read_h5(path, kind)
 
 
 def _definition(part: Part) -> str:
@@ -139,7 +149,7 @@ def read_calibration(path: Path) -> Calibration:
     FileError
         If the file is not one.
     """
-    part = read_h5(path, CALIBRATION)
+    part = _part(path, CALIBRATION, "'calibrate-glove fit' makes one of samples")
     glove = glove_from_text(path, _definition(part))
     measured = {row.rotation: row for row in glove.measured}
     fits = []

@@ -4,16 +4,20 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from handclean.cli import main as frame
+from handclean.errors import FileError
 from handclean.glove.poses import key_poses
 from handclean.glove.settings import GloveExamineConfig, GloveSampleConfig
 from handclean.hand.subject import Subject
 from handclean.io.glove import write_readings
 from handclean.io.session import write_session
 from handclean.io.subject import write_subject
-from handclean.pipeline import plan
+from handclean.pipeline import glove_files, plan
 from handclean.pipeline.batch import Source, Task, Work
 from handclean.pipeline.choices import GloveExamining, GloveSampling
 from handclean.pipeline.execute import execute
@@ -219,3 +223,28 @@ def test_tips_that_do_not_meet_give_no_sample_and_say_so(folder, glove):
     assert report.status == "failed"
     assert "none of 60 frames could fingertips be brought together" in report.error
     assert "--start CALIBRATION" in report.error
+
+
+def test_readings_are_no_samples(folder):
+    with h5py.File(folder / "natural.h5", "w") as file:
+        file["readings"] = np.ones((5, 18))
+    for name in ("pose-flat-1.csv", "natural.h5"):
+        with pytest.raises(FileError, match="no samples of a glove; 'calibrate-glove"):
+            glove_files.read_samples(folder / name)
+    with pytest.raises(FileError, match="no such file"):
+        glove_files.read_samples(folder / "none.csv")
+
+
+@pytest.mark.parametrize(
+    ("command", "what"),
+    [("sample", "samples"), ("fit", "calibrations"), ("rewear", "calibrations")],
+)
+def test_what_is_written_is_said_to_be_h5(folder, command, what):
+    words = [f"{folder / 'pose-flat-1.csv'}", "-o", "out.csv"]
+    done = CliRunner().invoke(frame.cli, ["calibrate-glove", command, *words])
+    assert f"{what} are .h5 files, not .csv" in str(done.exception) + done.output
+
+
+def test_one_of_something_is_not_several(folder):
+    report = sample(folder, "hold-index_middle_abduction+20", holds=("IM_ABD=20",))
+    assert report.line == "60 FK samples of 1 rotation"
