@@ -106,6 +106,12 @@ def takes_of(glove: str, wearings: int = 2) -> tuple[str, ...]:
     UnknownNameError
         If the glove cannot be simulated.
     """
+    return tuple(name for _, name in _numbered(glove, wearings))
+
+
+def _numbered(glove: str, wearings: int) -> list[tuple[int, str]]:
+    """Recordings, and which random stream each has, whatever the glove measures."""
+    felt = {hinge for sensor in sensors_of(glove) for hinge in sensor.measures}
     names = [sensor.name for sensor in sensors_of(glove)]
     alone = [s.name for s in sensors_of(glove) if s.measures]
     out = [f"w1/pose-{pose}-{n}" for pose in (*TRAINED, *MORE) for n in (1, 2)]
@@ -121,7 +127,14 @@ def takes_of(glove: str, wearings: int = 2) -> tuple[str, ...]:
         out.append(f"w{w}/motion")
         out += [f"w{w}/pose-{pose}-2" for pose in AGAIN]
         out += [f"w{w}/pinch-thumb-{finger}" for finger in ("index", "little")]
-    return tuple(out)
+    idle = {rot for rot, ((hinge, _), _) in HOLDS.items() if hinge not in felt}
+    return [(k, name) for k, name in enumerate(out) if _held(name) not in idle]
+
+
+def _held(name: str) -> str:
+    """The rotation that a widget holds in a recording, or nothing."""
+    kind, _, rest = name.split("/")[1].partition("-")
+    return rest[: max(rest.rfind("+"), rest.rfind("-"))] if kind == "hold" else ""
 
 
 def simulate_glove(
@@ -145,11 +158,11 @@ def simulate_glove(
     hardware = make_hardware(settings.glove, np.random.default_rng([seed, _GLOVE]))
     subject = number % settings.subjects
     rng = np.random.default_rng([seed, _WEARER, subject])
-    wearer = make_wearer(f"S{subject + 1:02d}", rng)
+    wearer = make_wearer(f"S{subject + 1:02d}", rng, settings.side or "right")
     fits = draw_fit(hardware, rng)
     on_hand: dict[int, Hardware] = {}
     takes = []
-    for k, name in enumerate(takes_of(settings.glove, settings.wearings)):
+    for k, name in _numbered(settings.glove, settings.wearings):
         w = int(name[1 : name.index("/")])
         if w not in on_hand:
             stream = np.random.default_rng([seed, _WEARING, number, w])

@@ -50,7 +50,7 @@ class Wearer:
     Attributes
     ----------
     name : who.
-    tree : right hand with forearm and pronation.
+    tree : hand with forearm and pronation.
     size : hand length against the mean.
     tips : the hand with a marker at every fingertip.
     dip : finger to the share of its PIP that its DIP bends.
@@ -67,11 +67,14 @@ class Wearer:
     sloppy: float
 
 
-def make_wearer(name: str, rng: np.random.Generator) -> Wearer:
-    """Draw a person; hands are sized as men's and women's are."""
+def make_wearer(name: str, rng: np.random.Generator, side: str = "right") -> Wearer:
+    """Draw a person; hands are sized as men's and women's are.
+
+    The left hand is the mirror image: it takes the same angles.
+    """
     size = float(np.clip(rng.normal(1.0, 0.06), 0.85, 1.15))
     breadth = 0.0849 * size * rng.lognormal(0.0, 0.03)
-    base = template("right", HAND_LENGTH * size, breadth, forearm=True, subject=name)
+    base = template(side, HAND_LENGTH * size, breadth, forearm=True, subject=name)
     tree = with_pronation(base)
     factor = rng.lognormal(0.0, 0.03, len(tree.bones))
     tree = JointTree(

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from handclean.errors import UnknownNameError
+from handclean.glove import claims
+from handclean.glove.gloves import load_glove
 from handclean.glove.poses import key_poses
+from handclean.glove.samples import of_hold
 from handclean.simulation import glove_motions as motions
 from handclean.simulation.glove import simulate_glove, takes_of
 from handclean.simulation.glove_sensors import FULL, GLOVES, make_hardware
@@ -129,3 +132,40 @@ def test_every_glove_can_be_worn(glove):
 def test_a_glove_that_does_not_exist_is_named():
     with pytest.raises(UnknownNameError, match="cyberglove18"):
         simulate_glove(SimulateConfig(glove="cyberglove19"), 0, key_poses())
+
+
+def test_the_left_hand_mirrors_the_right(session):
+    left = simulate_glove(SimulateConfig(seed=3, side="left"), 0, key_poses())
+    assert left.wearer.tree.side == "left"
+    for one, two in zip(session.takes, left.takes, strict=True):
+        assert one.name == two.name
+        np.testing.assert_allclose(two.angles, one.angles, atol=1e-9)
+        assert np.mean(two.readings != one.readings) < 1e-3
+    np.testing.assert_array_equal(
+        left.wearer.tips.at, session.wearer.tips.at * [-1.0, 1.0, 1.0]
+    )
+    apart = [
+        motions.tip_distance(left.wearer, finger, by_name(left)[name].angles)
+        for finger in motions.LONG
+        for name in (f"w1/touch-thumb-{finger}",)
+    ]
+    assert np.quantile(apart, 0.9) < 1e-3
+
+
+@pytest.mark.parametrize("name", GLOVES)
+def test_widgets_hold_what_the_glove_measures(name):
+    glove = load_glove(name)
+    held = [take[8:] for take in takes_of(name) if "/hold-" in take]
+    for rotation in {take[: max(take.rfind("+"), take.rfind("-"))] for take in held}:
+        claims.expect_measured(name, glove, of_hold(glove, {rotation: 0.0}, 1)[0])
+    counts = {"cyberglove18": 25, "cyberglove22": 25, "generic14": 15, "generic5": 0}
+    assert len(held) == counts[name] + 2 * (counts[name] > 0)
+
+
+def test_widgets_that_are_left_out_change_no_other_recording(session):
+    settings = SimulateConfig(seed=3, glove="generic14")
+    other = by_name(simulate_glove(settings, 0, key_poses()))
+    assert "w1/hold-wrist_flexion+0" not in other
+    for finger in motions.LONG:
+        name = f"w1/touch-thumb-{finger}"
+        np.testing.assert_array_equal(other[name].angles, by_name(session)[name].angles)
