@@ -12,15 +12,25 @@ from click.testing import CliRunner
 from handclean.cli import main as frame
 from handclean.errors import FileError
 from handclean.glove.poses import key_poses
-from handclean.glove.settings import GloveExamineConfig, GloveSampleConfig
+from handclean.glove.settings import (
+    GloveExamineConfig,
+    GloveFitConfig,
+    GloveSampleConfig,
+)
 from handclean.hand.subject import Subject
 from handclean.io.glove import write_readings
 from handclean.io.session import write_session
 from handclean.io.subject import write_subject
 from handclean.pipeline import glove_files, plan
 from handclean.pipeline.batch import Source, Task, Work
-from handclean.pipeline.choices import GloveExamining, GloveSampling
+from handclean.pipeline.choices import (
+    GloveExamining,
+    GloveFitting,
+    GloveRewearing,
+    GloveSampling,
+)
 from handclean.pipeline.execute import execute
+from handclean.pipeline.steps.inspect import inspect
 from handclean.recording import Motion, Recording
 from handclean.simulation.glove import simulate_glove
 from handclean.simulation.settings import SimulateConfig
@@ -248,3 +258,52 @@ def test_what_is_written_is_said_to_be_h5(folder, command, what):
 def test_one_of_something_is_not_several(folder):
     report = sample(folder, "hold-index_middle_abduction+20", holds=("IM_ABD=20",))
     assert report.line == "60 FK samples of 1 rotation"
+
+
+def look(path):
+    return inspect(Source(path=path), None)
+
+
+def test_inspect_tells_of_samples_and_calibrations(folder, glove):
+    given = {"files": {"glove": glove}}
+    made = []
+    for pose in ("flat", "fist", "half"):
+        sample(folder, f"pose-{pose}-1", f"pose-{pose}-2", pose=pose, **given)
+        made.append((folder / "out.h5").rename(folder / f"{pose}.h5"))
+    about = look(made[1])
+    assert about.figures["glove"] == "cyberglove18"
+    assert about.figures["recordings"] == {
+        "pose fist (pose-fist-1.csv)": 60,
+        "pose fist (pose-fist-2.csv)": 60,
+    }
+    assert about.figures["kinds"] == {"fk": 120, "ik": 0}
+    assert "worn by S01, 120 FK samples, 2 recordings, 17 of 17 rotations" in about.line
+    assert about.line.endswith("made by calibrate-glove sample")
+    quick = GloveFitConfig(model="linear")
+    first, again = folder / "first.h5", folder / "again.h5"
+    fitting = GloveFitting(fit=quick, jobs=1)
+    assert run("calibrate-glove fit", fitting, first, *made).status == "done"
+    about = look(first)
+    assert "linear from all samples, 17 of 17 rotations" in about.line
+    assert about.figures["rotations"]["index_pip_flexion"]["fk"] == 360
+    assert about.figures["rotations"]["index_pip_flexion"]["floor_deg"] >= 0.0
+    assert "index_pip_flexion from 360 FK samples, floor" in about.details
+    assert not about.figures["worn_again"]
+    rewearing = {"files": {"calibration": first}}
+    command = "calibrate-glove rewear"
+    report = run(command, GloveRewearing(), again, *made[:2], **rewearing)
+    assert report.status == "done", report.error
+    about = look(again)
+    assert about.figures["worn_again"]
+    assert "worn again" in about.line
+
+
+def test_inspect_tells_what_it_can_of_damaged_samples(folder):
+    report = sample(folder, "pose-flat-1", pose="flat")
+    assert report.status == "done", report.error
+    path = (folder / "out.h5").rename(folder / "damaged.h5")
+    with h5py.File(path, "r+") as file:
+        del file["readings"]
+    about = look(path)
+    assert about.figures["format"] == "handclean glove samples"
+    assert any("readings" in trap for trap in about.figures["traps"])

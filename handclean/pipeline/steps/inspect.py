@@ -1,6 +1,7 @@
 """What is in a file, and what is odd about it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import Any
 
 from handclean.io import files
@@ -55,6 +56,21 @@ FIGURES = {
     "residual_mm": "RMS distance of markers in frames held out of the calibration; "
     "where there are none, that which solvers expect",
     "skin": "whether a subject has a skin of its own",
+    "glove": "that samples or a calibration are of",
+    "wearer": "who wore it",
+    "readings": "samples of a glove",
+    "kinds": "of samples: FK, for other wearers too, and IK",
+    "recordings": "that samples were taken of, with how many",
+    "rotations": "that are known: samples FK and IK, and floor_deg of a calibration, "
+    "what samples of one recording are off together [degrees]",
+    "rotations_measured": "how many the glove measures",
+    "model": "of a calibration: its kind",
+    "use": "samples a calibration was learnt from: all, fk or ik",
+    "repeat_deg": "what putting the glove on again changes [degrees]",
+    "worn_again": "whether a calibration is for another wearing than its samples'",
+    "doubt_deg": "what is not known of that wearing [degrees]",
+    "sensors": "of readings of a glove",
+    "facts": "what readings of a glove say of themselves",
     "parts": "HDF5 of another kind than a session: its parts",
     "traps": "what is odd, one line each",
     "trap_count": "how many of them",
@@ -62,24 +78,35 @@ FIGURES = {
 }
 
 
+_OF_GLOVES = ("handclean glove samples", "handclean glove calibration")
+
 _MORE = {"point": " without a name", "joint": " with angles"}
 
 
 def inspect(source: Source, settings: None) -> Outcome:
     """Look into a file; one that is damaged is read as far as it goes."""
     about = files.inspect(source.path, rate_hz=source.rate_hz, unit=source.unit)
+    glove = None
+    if about["format"] in _OF_GLOVES:  # late, as it takes half a second
+        glove = import_module("handclean.pipeline.glove_inspect")
+        about = glove.inspect_glove(source.path, about)
     figures = {name: about.pop(name) for name in FIGURES if name in about}
     if "markers" in figures:
         figures["marker_count"] = len(figures["markers"])
     figures["trap_count"] = len(figures.setdefault("traps", []))
     if about:
         figures["other"] = about
-    return Outcome(line=in_words(figures), figures=figures)
+    if glove is None or "rotations" not in figures:
+        return Outcome(line=in_words(figures), figures=figures)
+    more = glove.in_words(figures)
+    return Outcome(
+        line=in_words(figures, more), figures=figures, details=glove.rows(figures)
+    )
 
 
-def in_words(figures: Mapping[str, Any]) -> str:
-    """Say on one line what is in a file."""
-    words = [_format(figures)]
+def in_words(figures: Mapping[str, Any], more: Sequence[str] = ()) -> str:
+    """Say on one line what is in a file, ``more`` of what it alone has."""
+    words = [_format(figures), *more]
     if "skin" in figures:
         words += _subject(figures)
     if "frames" in figures:
@@ -90,6 +117,7 @@ def in_words(figures: Mapping[str, Any]) -> str:
         ("motions", "motion"),
         ("angles", "joint"),
         ("columns", "column"),
+        ("sensors", "sensor"),
         ("gaps", "gap"),
         ("open_ends", "open end"),
         ("analog", "analog channel"),
