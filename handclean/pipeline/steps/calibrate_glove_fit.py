@@ -58,9 +58,13 @@ def calibrate_glove_fit(sources: tuple[Source, ...], settings: GloveFitting) -> 
     for one in found.fits:
         figures = one.fitted.figures
         if figures.jitter > 0.0:
+            twice = (
+                f"{figures.duplicates} of {figures.samples} samples have the readings "
+                "of another; "
+            )
             warnings.append(
-                f"{one.rotation}: {figures.duplicates} of {figures.samples} samples "
-                "have the readings of another; a singular covariance was eased"
+                f"{one.rotation}: {twice if figures.duplicates else ''}"
+                "a singular covariance was eased"
             )
         still = [s for s, c in zip(one.sensors, figures.constant, strict=True) if c]
         if still:
