@@ -169,7 +169,7 @@ def rescaled(glove: Glove, readings: Floats) -> Floats:
     if missing:
         raise FileError(
             f"glove {glove.name}",
-            f"does not say what {', '.join(missing[:3])} read at the ends of the range",
+            f"does not say what {', '.join(dict.fromkeys(missing))} read at the ends of the range",
             "'calibrate-glove examine' finds out",
         )
     for k, row in enumerate(glove.measured):

@@ -148,12 +148,19 @@ def of_pose(hand: GloveHand, pose: Mapping[str, float], count: int) -> Floats:
 def of_hold(glove: Glove, holds: Mapping[str, float], count: int) -> Floats:
     """(N, R) [rad] rotations that widgets hold, by their name or their sensor's.
 
+    A sensor that measures two names neither.
+
     Raises
     ------
     UnknownNameError
         If there is no such rotation.
     """
-    by_sensor = {row.measured_by: row.rotation for row in glove.measured}
+    sensors = [row.measured_by for row in glove.measured]
+    by_sensor = {
+        row.measured_by: row.rotation
+        for row in glove.measured
+        if sensors.count(row.measured_by) == 1
+    }
     out = np.full((count, len(glove.hand.rotations)), np.nan)
     for name, angle in holds.items():
         rotation = by_sensor.get(name, name)

@@ -60,6 +60,14 @@ def test_dead_saturated_and_blank_sensors_are_named_in_a_line_each():
     ]
 
 
+def test_a_sensor_of_two_rotations_names_neither():
+    five = load_glove("generic5")
+    with pytest.raises(UnknownNameError, match="INDEX"):
+        samples.of_hold(five, {"INDEX": 0.5}, 3)
+    held = samples.of_hold(five, {"index_pip_flexion": 0.5}, 3)
+    assert np.isfinite(held).sum() == 3
+
+
 def test_unusable_frames_are_no_samples():
     values = np.full((5, 14), 100.0)
     values[1, 2], values[3, 0] = np.nan, 255.0
