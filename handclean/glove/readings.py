@@ -161,15 +161,12 @@ def rescaled(glove: Glove, readings: Floats) -> Floats:
         If the glove does not say which readings those are.
     """
     out = np.zeros((len(readings), len(glove.measured)))
-    missing = [
-        row.measured_by
-        for row in glove.measured
-        if row.measured_by not in glove.reading
-    ]
+    sensors = dict.fromkeys(row.measured_by for row in glove.measured)
+    missing = [sensor for sensor in sensors if sensor not in glove.reading]
     if missing:
         raise FileError(
             f"glove {glove.name}",
-            f"does not say what {', '.join(dict.fromkeys(missing))} read at the ends of the range",
+            f"does not say what {', '.join(missing)} read at the ends of the range",
             "'calibrate-glove examine' finds out",
         )
     for k, row in enumerate(glove.measured):
