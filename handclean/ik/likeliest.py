@@ -1,0 +1,251 @@
+"""Postures that markers leave partly open, moved to the likeliest; compiled.
+
+A frame-by-frame solve leaves hinges that few markers see anywhere among the postures
+that fit. With noise s on the markers and the prior's mean m and precision P of the
+angles q (see `decide`), the likeliest posture has the least ::
+
+    E = sum_m w_m |t_m - p_m|^2 / s^2 + (q - m)^T P (q - m)
+
+Gauss-Newton steps go there from the solver's posture. They are
+``C (J^T W e / s^2 + [0 P (m - q)])``, with ``C = (J^T W J / s^2 + [0 P])^-1`` the
+covariance that `decide` asks about.
+
+Frames whose markers decide everything are left as they are, to the bit. Next to them a
+hinge moves by at most `LEAD` for each frame between, so that the take does not jump
+where the one ends and the other begins.
+"""
+
+import math
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats, Ints
+from handclean.ik.frames import look, rms
+from handclean.kernels import jit
+from handclean.kernels.cholesky import backward, factor
+from handclean.kernels.gauss_newton import (
+    HELD,
+    Chain,
+    Work,
+    advance,
+    information,
+    misfit,
+    pull,
+)
+
+LEAD = 0.1
+"""[rad] a hinge may be further from the solver's for each frame to the nearest one that
+markers decide."""
+
+FARTHEST = 0.5
+"""[rad] that a hinge moves in one step."""
+
+SETTLED = 0.01
+"""[rad] largest step of a hinge that ends the search."""
+
+STEPS = 8
+"""Steps at most."""
+
+WORSE = 1.05, 2e-4
+"""Share, and [m], by which the markers' RMS may grow; else the solver's pose is kept."""
+
+
+@jit
+def improbability(
+    pose: Floats,
+    target: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    mean: Floats,
+    precision: Floats,
+    noise: float,
+) -> float:
+    """Return E of a pose (7 + D,); fills points and errors as `misfit` does."""
+    total = misfit(pose, target, weight, tree, k) / (noise * noise)
+    for d in range(mean.shape[0]):
+        row = 0.0
+        for e in range(mean.shape[0]):
+            row += precision[d, e] * (pose[7 + e] - mean[e])
+        total += row * (pose[7 + d] - mean[d])
+    return total
+
+
+@jit
+def uphill(
+    pose: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    mean: Floats,
+    precision: Floats,
+    noise: float,
+) -> None:
+    """Write half of E's negative gradient, after `improbability`, to ``k.gradient``."""
+    pull(weight, tree, k)
+    for n in range(k.gradient.shape[0]):
+        k.gradient[n] /= noise * noise
+    for d in range(mean.shape[0]):
+        for e in range(mean.shape[0]):
+            k.gradient[6 + d] += precision[d, e] * (mean[e] - pose[7 + e])
+
+
+@jit
+def step_within(
+    pose: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    precision: Floats,
+    noise: float,
+    bounds: Floats,
+    matrix: Floats,
+) -> bool:
+    """Write the step from ``k.gradient`` to ``k.step``; return whether there is one.
+
+    A hinge that the step would take beyond its bounds is taken to them instead, and the
+    others, knowing that, are solved for again.
+
+    Parameters
+    ----------
+    bounds : (D, 2) [rad]; matrix : (6 + D, 6 + D) room.
+    """
+    k.stop[:] = math.nan
+    for d in range(bounds.shape[0]):
+        q, g = pose[7 + d], k.gradient[6 + d]
+        if (q <= bounds[d, 0] and g < 0.0) or (q >= bounds[d, 1] and g > 0.0):
+            k.stop[d] = 0.0
+    for _ in range(4):
+        information(weight, tree, k, precision, noise, matrix)
+        for n in range(k.step.shape[0]):
+            k.step[n] = k.gradient[n]
+        for d in range(bounds.shape[0]):
+            if not math.isnan(k.stop[d]):
+                matrix[6 + d, 6 + d] += HELD
+                k.step[6 + d] = HELD * k.stop[d]
+        if not factor(matrix):
+            return False
+        for a in range(k.step.shape[0]):
+            for n in range(a):
+                k.step[a] -= matrix[a, n] * k.step[n]
+            k.step[a] /= matrix[a, a]
+        backward(matrix, k.step)
+        found = False
+        for d in range(bounds.shape[0]):
+            q, to = pose[7 + d], pose[7 + d] + k.step[6 + d]
+            out = not bounds[d, 0] <= to <= bounds[d, 1]
+            if math.isnan(k.stop[d]) and out:
+                k.stop[d] = (bounds[d, 0] if to < q else bounds[d, 1]) - q
+                found = True
+        if not found:
+            break
+    return True
+
+
+@jit
+def climb(
+    pose: Floats,
+    target: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    mean: Floats,
+    precision: Floats,
+    noise: float,
+    bounds: Floats,
+    matrix: Floats,
+) -> None:
+    """Move a pose to where E is least, within bounds (D, 2), in place.
+
+    E does not grow. ``k`` holds points and errors of the result.
+    """
+    cost = improbability(pose, target, weight, tree, k, mean, precision, noise)
+    for _ in range(STEPS):
+        uphill(pose, weight, tree, k, mean, precision, noise)
+        if not step_within(pose, weight, tree, k, precision, noise, bounds, matrix):
+            return
+        longest = 0.0
+        for d in range(bounds.shape[0]):
+            longest = max(longest, abs(k.step[6 + d]))
+        scale = min(1.0, FARTHEST / max(longest, 1e-12))
+        while True:
+            advance(pose, scale, tree, k, k.trial)
+            after = improbability(
+                k.trial, target, weight, tree, k, mean, precision, noise
+            )
+            if after <= cost:
+                break
+            scale *= 0.5
+            if scale * longest < 0.1 * SETTLED:
+                misfit(pose, target, weight, tree, k)
+                return
+        for n in range(pose.shape[0]):
+            pose[n] = k.trial[n]
+        cost = after
+        if longest < SETTLED:
+            return
+
+
+@jit
+def distances(targets: Floats, stays: Bools) -> Ints:
+    """(T,) [frames] to the nearest frame that stays, T if there is none."""
+    frames = stays.shape[0]
+    out = np.full(frames, frames)
+    for t in range(frames):
+        out[t] = 0 if stays[t] else frames if t == 0 else min(out[t - 1] + 1, frames)
+    for t in range(frames - 2, -1, -1):
+        out[t] = min(out[t], out[t + 1] + 1)
+    return out
+
+
+@jit
+def make_likeliest(
+    targets: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    mean: Floats,
+    precision: Floats,
+    noise: float,
+    poses: Floats,
+    residual: Floats,
+    opened: Bools,
+    sure: Bools,
+) -> None:
+    """Move postures that markers leave partly open to the likeliest ones, in place.
+
+    Parameters
+    ----------
+    targets : (T, M, 3) [m], NaN where missing; weight : (M,).
+    mean, precision : (D,) [rad], (D, D) [1/rad^2] of the angles under the prior.
+    noise : [m] of the markers per axis.
+    poses : (T, 7 + D), residual : (T,) [m] changed; opened : (T, D)
+    sure : (T,) whether the markers decide the root.
+    """
+    frames, hinges = poses.shape[0], mean.shape[0]
+    stays = np.zeros(frames, dtype=np.bool_)
+    for t in range(frames):
+        stays[t] = sure[t] and not opened[t].any()
+    if stays.all():
+        return
+    away = distances(targets, stays)
+    here, pose = np.zeros(weight.shape[0]), np.zeros(poses.shape[1])
+    bounds, matrix = np.zeros((hinges, 2)), np.zeros((6 + hinges, 6 + hinges))
+    for t in range(frames):
+        if stays[t]:
+            continue
+        count, _ = look(targets[t], weight, here)
+        if count < 3:
+            if t > 0 and not stays[t - 1]:
+                poses[t] = poses[t - 1]
+            continue
+        pose[:] = poses[t]
+        for d in range(hinges):
+            bounds[d, 0] = max(tree.limits[d, 0], pose[7 + d] - LEAD * away[t])
+            bounds[d, 1] = min(tree.limits[d, 1], pose[7 + d] + LEAD * away[t])
+        climb(
+            pose, targets[t], here, tree, k, mean, precision, noise, bounds, matrix
+        )
+        found = rms(here, k)
+        if found <= WORSE[0] * residual[t] + WORSE[1]:
+            poses[t], residual[t] = pose, found
