@@ -6,9 +6,14 @@ angles q (see `decide`), the likeliest posture has the least ::
 
     E = sum_m w_m |t_m - p_m|^2 / s^2 + (q - m)^T P (q - m)
 
-Gauss-Newton steps go there from the solver's posture. They are
+Gauss-Newton steps go there. They are
 ``C (J^T W e / s^2 + [0 P (m - q)])``, with ``C = (J^T W J / s^2 + [0 P])^-1`` the
 covariance that `decide` asks about.
+
+E has several valleys: elbow up, elbow down. So the steps start thrice, from the solver's
+posture, from the prior's mean and from the frame before; of what they find, the way
+through the take is kept that has the least sum of E and of `frames.strain` from frame
+to frame, what `mend` asks of jumps (Viterbi).
 
 Frames whose markers decide everything are left as they are, to the bit. Next to them a
 hinge moves by at most `LEAD` for each frame between, so that the take does not jump
@@ -20,7 +25,7 @@ import math
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
-from handclean.ik.frames import look, rms
+from handclean.ik.frames import look, rms, strain
 from handclean.kernels import jit
 from handclean.kernels.cholesky import backward, factor
 from handclean.kernels.gauss_newton import (
@@ -45,6 +50,9 @@ SETTLED = 0.01
 
 STEPS = 8
 """Steps at most."""
+
+BLOCK = 1000
+"""[frames] of a way at most; the next goes on from where it ends."""
 
 WORSE = 1.05, 2e-4
 """Share, and [m], by which the markers' RMS may grow; else the solver's pose is kept."""
@@ -154,8 +162,8 @@ def climb(
     noise: float,
     bounds: Floats,
     matrix: Floats,
-) -> None:
-    """Move a pose to where E is least, within bounds (D, 2), in place.
+) -> float:
+    """Move a pose to where E is least, within bounds (D, 2), in place; return E.
 
     E does not grow. ``k`` holds points and errors of the result.
     """
@@ -163,7 +171,7 @@ def climb(
     for _ in range(STEPS):
         uphill(pose, weight, tree, k, mean, precision, noise)
         if not step_within(pose, weight, tree, k, precision, noise, bounds, matrix):
-            return
+            return cost
         longest = 0.0
         for d in range(bounds.shape[0]):
             longest = max(longest, abs(k.step[6 + d]))
@@ -178,16 +186,17 @@ def climb(
             scale *= 0.5
             if scale * longest < 0.1 * SETTLED:
                 misfit(pose, target, weight, tree, k)
-                return
+                return cost
         for n in range(pose.shape[0]):
             pose[n] = k.trial[n]
         cost = after
         if longest < SETTLED:
-            return
+            return cost
+    return cost
 
 
 @jit
-def distances(targets: Floats, stays: Bools) -> Ints:
+def distances(stays: Bools) -> Ints:
     """(T,) [frames] to the nearest frame that stays, T if there is none."""
     frames = stays.shape[0]
     out = np.full(frames, frames)
@@ -196,6 +205,123 @@ def distances(targets: Floats, stays: Bools) -> Ints:
     for t in range(frames - 2, -1, -1):
         out[t] = min(out[t], out[t + 1] + 1)
     return out
+
+
+@jit
+def propose(
+    before: Floats,
+    pose: Floats,
+    residual: float,
+    away: int,
+    target: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    mean: Floats,
+    precision: Floats,
+    noise: float,
+    bounds: Floats,
+    matrix: Floats,
+    tried: Floats,
+    cost: Floats,
+    found: Floats,
+) -> None:
+    """Write what is found for a frame from three starts.
+
+    Parameters
+    ----------
+    before : (7 + D,) what the frame before has; pose : (7 + D,) what the solver has.
+    residual : [m] of the solver's; away : see `distances`.
+    bounds : (D, 2), matrix : (6 + D, 6 + D) room.
+    tried : (3, 7 + D), cost : (3,) E, found : (3,) [m] RMS; overwritten. What fits the
+        markers worse than it may costs infinitely much; the first is then the solver's.
+    """
+    for d in range(mean.shape[0]):
+        bounds[d, 0] = max(tree.limits[d, 0], pose[7 + d] - LEAD * away)
+        bounds[d, 1] = min(tree.limits[d, 1], pose[7 + d] + LEAD * away)
+    for n in range(3):
+        tried[n] = before if n == 2 else pose
+        for d in range(mean.shape[0]):
+            q = mean[d] if n == 1 else tried[n, 7 + d]
+            tried[n, 7 + d] = min(max(q, bounds[d, 0]), bounds[d, 1])
+        cost[n] = climb(
+            tried[n], target, weight, tree, k, mean, precision, noise, bounds, matrix
+        )
+        found[n] = rms(weight, k)
+        if found[n] > WORSE[0] * residual + WORSE[1]:
+            cost[n] = math.inf
+            if n == 0:
+                tried[0], found[0] = pose, residual
+                cost[0] = improbability(
+                    pose, target, weight, tree, k, mean, precision, noise
+                )
+
+
+@jit
+def lead_through(
+    start: int,
+    tied: bool,
+    stays: Bools,
+    away: Ints,
+    targets: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    mean: Floats,
+    precision: Floats,
+    noise: float,
+    poses: Floats,
+    residual: Floats,
+) -> int:
+    """Find the least improbable way through the frames from ``start`` on, in place.
+
+    Parameters
+    ----------
+    tied : whether the way goes on from the frame before ``start``.
+    stays, away : (T,) frames that are left alone, and how far it is to them.
+
+    Returns
+    -------
+    How many frames it has, at most `BLOCK`: up to one that is left alone, or has fewer
+    than three markers.
+    """
+    size, hinges = poses.shape[1], mean.shape[0]
+    tried, found = np.zeros((BLOCK, 3, size)), np.zeros((BLOCK, 3))
+    origin, total = np.zeros((BLOCK, 3), dtype=np.int64), np.zeros(3)
+    bounds, matrix = np.zeros((hinges, 2)), np.zeros((6 + hinges, 6 + hinges))
+    cost, here, frames, best = np.zeros(3), np.zeros(weight.shape[0]), 0, 0
+    for i in range(min(BLOCK, poses.shape[0] - start)):
+        t = start + i
+        count, _ = look(targets[t], weight, here)
+        if stays[t] or count < 3:
+            break
+        before = tried[i - 1, best] if i > 0 else poses[t - 1] if tied else poses[t]
+        propose(
+            before, poses[t], residual[t], away[t], targets[t], here, tree, k, mean,
+            precision, noise, bounds, matrix, tried[i], cost, found[i],
+        )  # fmt: skip
+        for n in range(3):
+            if i == 0:
+                cost[n] += strain(poses[t - 1], tried[i, n]) if tied else 0.0
+                continue
+            least = math.inf
+            for m in range(3):
+                way = total[m] + strain(tried[i - 1, m], tried[i, n])
+                if way < least:
+                    least, origin[i, n] = way, m
+            cost[n] += least
+        total[:] = cost
+        best = np.argmin(total)
+        frames = i + 1
+    end = start + frames
+    if end < poses.shape[0] and stays[end]:
+        for n in range(3):
+            total[n] += strain(tried[frames - 1, n], poses[end])
+        best = np.argmin(total)
+    for i in range(frames - 1, -1, -1):
+        poses[start + i], residual[start + i] = tried[i, best], found[i, best]
+        best = origin[i, best]
+    return frames
 
 
 @jit
@@ -222,30 +348,22 @@ def make_likeliest(
     poses : (T, 7 + D), residual : (T,) [m] changed; opened : (T, D)
     sure : (T,) whether the markers decide the root.
     """
-    frames, hinges = poses.shape[0], mean.shape[0]
+    frames = poses.shape[0]
     stays = np.zeros(frames, dtype=np.bool_)
     for t in range(frames):
         stays[t] = sure[t] and not opened[t].any()
     if stays.all():
         return
-    away = distances(targets, stays)
-    here, pose = np.zeros(weight.shape[0]), np.zeros(poses.shape[1])
-    bounds, matrix = np.zeros((hinges, 2)), np.zeros((6 + hinges, 6 + hinges))
-    for t in range(frames):
+    away, here, t = distances(stays), np.zeros(weight.shape[0]), 0
+    while t < frames:
         if stays[t]:
+            t += 1
             continue
-        count, _ = look(targets[t], weight, here)
-        if count < 3:
-            if t > 0 and not stays[t - 1]:
-                poses[t] = poses[t - 1]
-            continue
-        pose[:] = poses[t]
-        for d in range(hinges):
-            bounds[d, 0] = max(tree.limits[d, 0], pose[7 + d] - LEAD * away[t])
-            bounds[d, 1] = min(tree.limits[d, 1], pose[7 + d] + LEAD * away[t])
-        climb(
-            pose, targets[t], here, tree, k, mean, precision, noise, bounds, matrix
-        )
-        found = rms(here, k)
-        if found <= WORSE[0] * residual[t] + WORSE[1]:
-            poses[t], residual[t] = pose, found
+        tied = t > 0 and math.isfinite(residual[t - 1])
+        done = lead_through(
+            t, tied, stays, away, targets, weight, tree, k, mean, precision, noise,
+            poses, residual,
+        )  # fmt: skip
+        if done == 0 and t > 0 and not stays[t - 1]:
+            poses[t] = poses[t - 1]
+        t += max(done, 1)
