@@ -10,10 +10,12 @@ Gauss-Newton steps go there. They are
 ``C (J^T W e / s^2 + [0 P (m - q)])``, with ``C = (J^T W J / s^2 + [0 P])^-1`` the
 covariance that `decide` asks about.
 
-E has several valleys: elbow up, elbow down. So the steps start thrice, from the solver's
-posture, from the prior's mean and from the frame before; of what they find, the way
-through the take is kept that has the least sum of E and of `frames.strain` from frame
-to frame, what `mend` asks of jumps (Viterbi).
+E has several valleys: elbow up, elbow down. So the steps start thrice, from the
+solver's posture, from the prior's mean and from the frame before; of what they find,
+the way through the take is kept that has the least sum of E and of `frames.strain` from
+frame to frame, what `mend` asks of jumps (Viterbi). Where it still jumps, for a marker
+comes or goes, the frames around are drawn together: they descend E and the squared
+steps of hinges to both neighbours, over `JUMP_STEP`, one sd, in turn.
 
 Frames whose markers decide everything are left as they are, to the bit. Next to them a
 hinge moves by at most `LEAD` for each frame between, so that the take does not jump
@@ -25,7 +27,7 @@ import math
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
-from handclean.ik.frames import look, rms, strain
+from handclean.ik.frames import JUMP_STEP, look, rms, strain
 from handclean.kernels import jit
 from handclean.kernels.cholesky import backward, factor
 from handclean.kernels.gauss_newton import (
@@ -55,7 +57,13 @@ BLOCK = 1000
 """[frames] of a way at most; the next goes on from where it ends."""
 
 WORSE = 1.05, 2e-4
-"""Share, and [m], by which the markers' RMS may grow; else the solver's pose is kept."""
+"""Share, and [m], by which the markers' RMS may grow; else the solver's stays."""
+
+APART = 0.15
+"""[rad] from one frame to the next that draws the frames around together."""
+
+AROUND, SWEEPS = 12, 3
+"""[frames] on each side of such a place; how often, forwards and backwards."""
 
 
 @jit
@@ -212,6 +220,7 @@ def propose(
     before: Floats,
     pose: Floats,
     residual: float,
+    allowed: float,
     away: int,
     target: Floats,
     weight: Floats,
@@ -231,7 +240,7 @@ def propose(
     Parameters
     ----------
     before : (7 + D,) what the frame before has; pose : (7 + D,) what the solver has.
-    residual : [m] of the solver's; away : see `distances`.
+    residual : [m] of the solver's; allowed : [m]; away : see `distances`.
     bounds : (D, 2), matrix : (6 + D, 6 + D) room.
     tried : (3, 7 + D), cost : (3,) E, found : (3,) [m] RMS; overwritten. What fits the
         markers worse than it may costs infinitely much; the first is then the solver's.
@@ -248,7 +257,7 @@ def propose(
             tried[n], target, weight, tree, k, mean, precision, noise, bounds, matrix
         )
         found[n] = rms(weight, k)
-        if found[n] > WORSE[0] * residual + WORSE[1]:
+        if found[n] > allowed:
             cost[n] = math.inf
             if n == 0:
                 tried[0], found[0] = pose, residual
@@ -270,6 +279,7 @@ def lead_through(
     mean: Floats,
     precision: Floats,
     noise: float,
+    allowed: Floats,
     poses: Floats,
     residual: Floats,
 ) -> int:
@@ -279,6 +289,7 @@ def lead_through(
     ----------
     tied : whether the way goes on from the frame before ``start``.
     stays, away : (T,) frames that are left alone, and how far it is to them.
+    allowed : (T,) [m] largest RMS.
 
     Returns
     -------
@@ -297,8 +308,8 @@ def lead_through(
             break
         before = tried[i - 1, best] if i > 0 else poses[t - 1] if tied else poses[t]
         propose(
-            before, poses[t], residual[t], away[t], targets[t], here, tree, k, mean,
-            precision, noise, bounds, matrix, tried[i], cost, found[i],
+            before, poses[t], residual[t], allowed[t], away[t], targets[t], here, tree,
+            k, mean, precision, noise, bounds, matrix, tried[i], cost, found[i],
         )  # fmt: skip
         for n in range(3):
             if i == 0:
@@ -322,6 +333,65 @@ def lead_through(
         poses[start + i], residual[start + i] = tried[i, best], found[i, best]
         best = origin[i, best]
     return frames
+
+
+@jit
+def draw_together(
+    stays: Bools,
+    targets: Floats,
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    mean: Floats,
+    precision: Floats,
+    noise: float,
+    allowed: Floats,
+    poses: Floats,
+    residual: Floats,
+) -> None:
+    """Let hinges of neighbouring frames pull at each other where they are far apart.
+
+    Parameters
+    ----------
+    stays : (T,) frames that are left alone; allowed : (T,) [m] largest RMS.
+    poses : (T, 7 + D), residual : (T,) [m], changed.
+    """
+    frames, hinges = poses.shape[0], mean.shape[0]
+    moves = np.zeros(frames, dtype=np.bool_)
+    for t in range(1, frames):
+        for d in range(hinges):
+            if abs(poses[t, 7 + d] - poses[t - 1, 7 + d]) > APART:
+                moves[max(t - AROUND, 0) : t + AROUND] = True
+    for t in range(frames):
+        moves[t] = moves[t] and not stays[t] and math.isfinite(residual[t])
+    if not moves.any():
+        return
+    anchor = 2.0 / JUMP_STEP**2
+    tight = precision + anchor * np.eye(hinges)
+    share = anchor * np.linalg.inv(tight)
+    here, pose, rest = np.zeros(weight.shape[0]), poses[0].copy(), np.zeros(hinges)
+    matrix = np.zeros((6 + hinges, 6 + hinges))
+    for sweep in range(2 * SWEEPS):
+        for i in range(frames):
+            t = i if sweep % 2 == 0 else frames - 1 - i
+            if not moves[t]:
+                continue
+            look(targets[t], weight, here)
+            one, two = max(t - 1, 0), min(t + 1, frames - 1)
+            one = one if math.isfinite(residual[one]) else t
+            two = two if math.isfinite(residual[two]) else t
+            for d in range(hinges):
+                rest[d] = mean[d]
+                for e in range(hinges):
+                    middle = 0.5 * (poses[one, 7 + e] + poses[two, 7 + e])
+                    rest[d] += share[d, e] * (middle - mean[e])
+            pose[:] = poses[t]
+            climb(
+                pose, targets[t], here, tree, k, rest, tight, noise, tree.limits, matrix
+            )
+            found = rms(here, k)
+            if found <= allowed[t]:
+                poses[t], residual[t] = pose, found
 
 
 @jit
@@ -354,7 +424,8 @@ def make_likeliest(
         stays[t] = sure[t] and not opened[t].any()
     if stays.all():
         return
-    away, here, t = distances(stays), np.zeros(weight.shape[0]), 0
+    allowed = WORSE[0] * residual + WORSE[1]
+    away, t = distances(stays), 0
     while t < frames:
         if stays[t]:
             t += 1
@@ -362,8 +433,12 @@ def make_likeliest(
         tied = t > 0 and math.isfinite(residual[t - 1])
         done = lead_through(
             t, tied, stays, away, targets, weight, tree, k, mean, precision, noise,
-            poses, residual,
+            allowed, poses, residual,
         )  # fmt: skip
         if done == 0 and t > 0 and not stays[t - 1]:
             poses[t] = poses[t - 1]
         t += max(done, 1)
+    draw_together(
+        stays, targets, weight, tree, k, mean, precision, noise, allowed, poses,
+        residual,
+    )  # fmt: skip
