@@ -41,9 +41,9 @@ from handclean.kernels.gauss_newton import (
 )
 
 DRIFT = 0.02
-"""[rad] by which a hinge strays from what the solver makes of it, one sd, for each frame
-to the nearest one that markers decide. With gaps of 5 to 60 frames in the fingers of
-simulated takes, angles are off by 1.23 degrees on average (26 markers; 1.28 without
+"""[rad] by which a hinge strays from what the solver makes of it, one sd, for each
+frame to the nearest one that markers decide. With gaps of 5 to 60 frames in the fingers
+of simulated takes, angles are off by 1.23 degrees on average (26 markers; 1.28 without
 this pass) and 3.37 (13; 4.66); with 0.005 by 1.24 and 4.15, with 0.04 1.27 and 3.09."""
 
 FARTHEST = 0.5
