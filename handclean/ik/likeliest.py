@@ -52,7 +52,7 @@ FARTHEST = 0.5
 SETTLED = 0.01
 """[rad] largest step of a hinge that ends the search."""
 
-STEPS = 8
+STEPS = 20
 """Steps at most."""
 
 BLOCK = 1000
