@@ -17,9 +17,9 @@ frame to frame, what `mend` asks of jumps (Viterbi). Where it still jumps, for a
 comes or goes, the frames around are drawn together: they descend E and the squared
 steps of hinges to both neighbours, over `JUMP_STEP`, one sd, in turn.
 
-Frames whose markers decide everything are left as they are, to the bit. The n-th frame
-from one is held to the solver's posture, which comes from there, as well: each hinge
-with n times `DRIFT`, one sd.
+Frames whose markers decide everything, `UNIQUE` of them on each limb, are left as they
+are, to the bit. The n-th frame from one is held to the solver's posture, which comes
+from there, as well: each hinge with n times `DRIFT`, one sd.
 """
 
 import math
@@ -60,6 +60,12 @@ BLOCK = 1000
 
 WORSE = 1.05, 2e-4
 """Share, and [m], by which the markers' RMS may grow; else the solver's stays."""
+
+UNIQUE = 3
+"""Markers in sight on a limb, from which on it has one posture that fits. With two
+there is an elbow up and an elbow down. Simulated takes with dfki13's markers, two on
+each finger: angles are off by 1.4 degrees on average, by 2.8 if they are left as they
+are where no hinge is open, and by 3.8 without this pass."""
 
 APART = 0.15
 """[rad] from one frame to the next that draws the frames around together."""
@@ -438,6 +444,20 @@ def draw_together(
 
 
 @jit
+def no_elbows(target: Floats, tree: Chain, limb: Ints) -> bool:
+    """Whether each limb has `UNIQUE` markers in sight."""
+    for first in range(limb.shape[0]):
+        count = 0
+        for m in range(target.shape[0]):
+            of = tree.link[m] - 1
+            if of >= 0 and limb[of] == first and math.isfinite(target[m, 0]):
+                count += 1
+        if limb[first] == first and count < UNIQUE:
+            return False
+    return True
+
+
+@jit
 def make_likeliest(
     targets: Floats,
     weight: Floats,
@@ -450,6 +470,7 @@ def make_likeliest(
     residual: Floats,
     opened: Bools,
     sure: Bools,
+    limb: Ints,
 ) -> None:
     """Move postures that markers leave partly open to the likeliest ones, in place.
 
@@ -460,11 +481,12 @@ def make_likeliest(
     noise : [m] of the markers per axis.
     poses : (T, 7 + D), residual : (T,) [m] changed; opened : (T, D)
     sure : (T,) whether the markers decide the root.
+    limb : (D,) number of the limb each hinge belongs to.
     """
     frames = poses.shape[0]
     stays = np.zeros(frames, dtype=np.bool_)
     for t in range(frames):
-        stays[t] = sure[t] and not opened[t].any()
+        stays[t] = sure[t] and not opened[t].any() and no_elbows(targets[t], tree, limb)
     if stays.all():
         return
     allowed = WORSE[0] * residual + WORSE[1]

@@ -170,6 +170,7 @@ def solve_markers(
             residual,
             opened,
             trusted,
+            _limbs(model),
         )
         decide(
             targets,

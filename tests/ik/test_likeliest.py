@@ -199,3 +199,18 @@ def test_without_a_prior_nothing_changes(monkeypatch, rng):
     markers = marker_positions(model, likely_poses(model, read_prior(), 50, rng))
     before = without(monkeypatch, model, markers)
     np.testing.assert_array_equal(solve_markers(model, markers).poses, before.poses)
+
+
+def test_elbows_up_and_down_are_told_apart_by_the_prior(monkeypatch, rng):
+    model, prior = model_of("dfki13"), read_prior()
+    poses = likely_poses(model, prior, 300, rng)
+    poses[:, 7:] *= 0.7
+    markers = marker_positions(model, poses)
+    markers += rng.normal(scale=3e-4, size=markers.shape)
+    before = without(monkeypatch, model, markers, prior=prior)
+    after = solve_markers(model, markers, prior=prior)
+    off = [np.abs(s.poses - poses)[:, 7:] for s in (before, after)]
+    assert off[1].mean() < 0.7 * off[0].mean()
+    assert (off[1] > 0.5).mean() < 0.2 * (off[0] > 0.5).mean()
+    steps = [np.abs(np.diff(s.poses[:, 7:], axis=0)) for s in (before, after)]
+    assert steps[1].max() < 0.35 < steps[0].max()
