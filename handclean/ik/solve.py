@@ -10,6 +10,7 @@ from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.ik.decide import decide, precision_of
 from handclean.ik.frames import solve_frames
+from handclean.ik.likeliest import make_likeliest
 from handclean.ik.mend import jumps, mend
 from handclean.ik.plausible import plausible, share_left
 from handclean.ik.prior import PosturePrior
@@ -156,13 +157,28 @@ def solve_markers(
             opened,
         )
     if prior is not None:
+        precision = precision_of(basis)
+        make_likeliest(
+            targets,
+            weights,
+            chain,
+            work,
+            mean,
+            precision,
+            settings.prior_m,
+            poses,
+            residual,
+            opened,
+            trusted,
+            _limbs(model),
+        )
         decide(
             targets,
             weights,
             chain,
             work,
             mean,
-            precision_of(basis),
+            precision,
             settings.prior_m,
             settings.lever_m,
             poses,

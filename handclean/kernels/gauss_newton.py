@@ -708,6 +708,41 @@ def undecided(
 
 
 @jit
+def information(
+    weight: Floats,
+    tree: Chain,
+    k: Work,
+    precision: Floats,
+    prior_m: float,
+    matrix: Floats,
+) -> None:
+    """Write ``J^T W J / prior_m^2 + [0 precision]``, its lower triangle.
+
+    To be called after `misfit` or `undecided`, of whose pose ``k`` holds points and
+    columns; overwrites ``k.normal``.
+
+    Parameters
+    ----------
+    precision : (D, D) [1/rad^2] of the prior, symmetric.
+    matrix : (6 + D, 6 + D) overwritten.
+    """
+    inertia(weight, tree, k)
+    normal, scale = k.normal, prior_m**-2.0
+    for i in range(matrix.shape[0]):
+        for j in range(i + 1):
+            matrix[i, j] = 0.0
+            if i >= 6 and j >= 6:
+                matrix[i, j] = precision[i - 6, j - 6]
+            if j < 6:
+                matrix[i, j] += scale * normal[i, j]
+        if i >= 6:
+            j = i
+            while j >= 6:
+                matrix[i, j] += scale * normal[i, j]
+                j = 5 + tree.parent[j - 5]
+
+
+@jit
 def known_with(
     weight: Floats,
     tree: Chain,
@@ -732,22 +767,10 @@ def known_with(
     most : [rad] largest standard deviations of the root's rotation and of a hinge.
     square : (7 + D, 6 + D) room.
     """
-    inertia(weight, tree, k)
-    normal, size, scale = k.normal, square.shape[1], prior_m**-2.0
+    size = square.shape[1]
     row = square[size]
     matrix = square[:size]
-    for i in range(size):
-        for j in range(i + 1):
-            matrix[i, j] = 0.0
-            if i >= 6 and j >= 6:
-                matrix[i, j] = precision[i - 6, j - 6]
-            if j < 6:
-                matrix[i, j] += scale * normal[i, j]
-        if i >= 6:
-            j = i
-            while j >= 6:
-                matrix[i, j] += scale * normal[i, j]
-                j = 5 + tree.parent[j - 5]
+    information(weight, tree, k, precision, prior_m, matrix)
     if not factor(matrix):
         return False
     for d in range(3, size):

@@ -118,7 +118,7 @@ def test_the_subspace_moves_fingers_nobody_sees_and_standard_does_not(subject, r
         return np.degrees(np.abs(found.poses - poses)[:, 7:][:, ring]).mean()
 
     layered, standard = error(prior_of(subject, mean, basis)), error(None)
-    assert layered < 1.0
+    assert layered < 0.5 * standard
     assert standard > 4.0
 
 
@@ -205,7 +205,7 @@ def in_subspace(subject, prior, rng, frames, stray=0.0):
 
 
 def test_six_markers_and_a_prior_are_trusted_where_they_are_right(rng):
-    """What is trusted is nearer the truth than what is not."""
+    """Of what is trusted hardly a joint is far off, though five have one marker."""
     whole, prior = template_subject(load_marker_set("maycock26")), read_prior()
     sparse = six_markers(whole).model
     away, trusted = [], []
@@ -217,9 +217,9 @@ def test_six_markers_and_a_prior_are_trusted_where_they_are_right(rng):
         away.append(np.abs(found.poses - poses)[:, 7:].max(axis=1))
         trusted.append(found.trusted)
     away, trusted = np.concatenate(away), np.concatenate(trusted)
-    assert trusted.mean() > 0.05
-    assert np.mean(away[trusted] > 1.0) < 0.5 * np.mean(away[~trusted] > 1.0)
-    assert np.median(away[trusted]) < 0.8 * np.median(away[~trusted])
+    assert trusted.mean() > 0.25
+    assert np.mean(away[trusted] > 1.0) < 0.1
+    assert np.median(away[trusted]) < 0.7
 
 
 def test_three_markers_on_the_hand_are_not_trusted(rng):

@@ -1,0 +1,216 @@
+"""The likeliest posture where markers leave some open: laws, and against scipy."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
+
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.model import marker_positions
+from handclean.hand.subject import template_subject
+from handclean.ik import solve as solving
+from handclean.ik.decide import precision_of
+from handclean.ik.likeliest import climb, distances, improbability, pulled, uphill
+from handclean.ik.solve import chain_of, prior_arrays, solve_markers
+from handclean.io.prior import read_prior
+from handclean.kernels.gauss_newton import advance, make_work
+
+NOISE = 5e-4
+
+
+def model_of(name):
+    return template_subject(load_marker_set(name)).model
+
+
+def likely_poses(model, prior, frames, rng):
+    """Slow motion near the prior's subspace, anywhere in space."""
+    mean, basis = prior_arrays(model, prior)
+    time = np.linspace(0.0, 1.0, frames)[:, None]
+    phase = rng.uniform(0.0, 2 * np.pi, basis.shape[1])
+    angles = mean + np.sin(2 * np.pi * time + phase) @ basis.T
+    stray = rng.uniform(0.0, 2 * np.pi, len(mean))
+    angles += 0.25 * np.sin(2 * np.pi * time + stray)
+    angles = np.clip(angles, *model.tree.limits.T)
+    turn = Rotation.random(rng=rng) * Rotation.from_rotvec(time * rng.normal(size=3))
+    place = rng.normal(size=3) + 0.2 * time
+    return np.hstack([place, np.roll(turn.as_quat(), 1, axis=1), angles])
+
+
+class Frame:
+    """One frame's markers, few of them, and all the kernels want."""
+
+    def __init__(self, name, rng):
+        self.model = model_of(name)
+        prior = read_prior()
+        self.mean, basis = prior_arrays(self.model, prior)
+        self.precision = precision_of(basis)
+        self.pose = likely_poses(self.model, prior, 1, rng)[0]
+        self.markers = marker_positions(self.model, self.pose[None])[0]
+        self.markers += rng.normal(scale=NOISE, size=self.markers.shape)
+        self.weight = np.ones(len(self.markers))
+        self.chain = chain_of(self.model)
+        self.work = make_work(len(self.mean), len(self.markers), basis.shape[1])
+
+    def cost(self, pose):
+        return improbability(
+            pose, self.markers, self.weight, self.chain, self.work, self.mean,
+            self.precision, NOISE,
+        )  # fmt: skip
+
+    def moved(self, pose, step):
+        self.work.step[:] = step
+        out = np.zeros_like(pose)
+        advance(pose, 1.0, self.chain, self.work, out)
+        return out
+
+    def climbed(self, pose):
+        pose, size = pose.copy(), len(self.mean) + 6
+        cost = climb(
+            pose, self.markers, self.weight, self.chain, self.work, self.mean,
+            self.precision, NOISE, self.chain.limits, np.zeros((size, size)),
+        )  # fmt: skip
+        return pose, cost
+
+
+def test_the_gradient_is_that_of_finite_differences(rng):
+    frame = Frame("hoyet8", rng)
+    pose = frame.pose.copy()
+    pose[7:] = frame.model.tree.limits @ [0.5, 0.5]
+    frame.cost(pose)
+    uphill(
+        pose, frame.weight, frame.chain, frame.work, frame.mean, frame.precision, NOISE
+    )
+    gradient = frame.work.gradient.copy()
+    for n, entry in enumerate(gradient):
+        step = np.zeros(len(gradient))
+        step[n] = 1e-6
+        more = frame.cost(frame.moved(pose, step))
+        less = frame.cost(frame.moved(pose, -step))
+        change = (less - more) / 4e-6
+        assert change == pytest.approx(entry, rel=1e-4, abs=1e-5 * abs(gradient).max())
+
+
+@pytest.mark.parametrize("name", ["hoyet6", "schroeder8"])
+def test_scipy_finds_nothing_likelier_nearby(name, rng):
+    for _ in range(3):
+        frame = Frame(name, rng)
+        start = frame.pose.copy()
+        start[7:] = np.clip(frame.mean, *frame.chain.limits.T)
+        found, cost = frame.climbed(start)
+        assert cost == frame.cost(found) <= frame.cost(start)
+        for _ in range(4):
+            before, (found, cost) = cost, frame.climbed(found)
+            assert before - 0.3 < cost <= before
+        low, high = (frame.chain.limits - found[7:, None]).T
+        scale = np.r_[np.full(3, 1e-3), np.full(3 + len(low), 0.03)]
+        bounds = [(None, None)] * 6 + list(zip(low, high, strict=True))
+        best = minimize(
+            lambda step, at=found, unit=scale, of=frame: of.cost(
+                of.moved(at, step * unit)
+            ),
+            np.zeros(len(scale)),
+            method="L-BFGS-B",
+            bounds=[
+                (a if a is None else a / s, b if b is None else b / s)
+                for (a, b), s in zip(bounds, scale, strict=True)
+            ],
+        )
+        assert best.fun > cost - 0.02 - 1e-3 * cost
+
+
+def test_a_climb_ends_within_the_limits_and_never_lower(rng):
+    frame = Frame("hoyet6", rng)
+    low, high = frame.chain.limits.T
+    for _ in range(40):
+        start = frame.pose.copy()
+        start[7:] = rng.uniform(low, high)
+        found, cost = frame.climbed(start)
+        assert cost <= frame.cost(start)
+        assert (low <= found[7:]).all()
+        assert (found[7:] <= high).all()
+
+
+def test_two_priors_are_one_with_their_product(rng):
+    mean, angles = rng.normal(size=(2, 5))
+    root = rng.normal(size=(5, 5))
+    precision = root @ root.T + np.eye(5)
+    values, vectors = np.linalg.eigh(precision)
+    rest, tight = np.zeros(5), np.zeros((5, 5))
+    pulled(angles, 3.0, mean, precision, values, vectors, rest, tight)
+    np.testing.assert_allclose(tight, precision + 3.0 * np.eye(5))
+    np.testing.assert_allclose(tight @ rest, precision @ mean + 3.0 * angles)
+
+
+def test_distances_count_to_the_nearest_frame_that_stays():
+    stays = np.array([0, 0, 1, 0, 0, 0, 1, 0], dtype=bool)
+    assert distances(stays).tolist() == [2, 1, 0, 1, 2, 1, 0, 1]
+
+
+def without(monkeypatch, *arguments, **named):
+    """What is solved without the pass."""
+    with monkeypatch.context() as patch:
+        patch.setattr(solving, "make_likeliest", lambda *_: None)
+        return solve_markers(*arguments, **named)
+
+
+def test_frames_whose_markers_decide_everything_stay_to_the_bit(monkeypatch, rng):
+    model, prior = model_of("maycock26"), read_prior()
+    markers = marker_positions(model, likely_poses(model, prior, 200, rng))
+    markers += rng.normal(scale=3e-4, size=markers.shape)
+    index = [n for n, label in enumerate(model.labels) if "index" in label.lower()]
+    assert index
+    markers[80:120, index] = np.nan
+    before = without(monkeypatch, model, markers, prior=prior)
+    after = solve_markers(model, markers, prior=prior)
+    whole = ~before.opened.any(axis=1)
+    assert whole[:80].all()
+    assert whole[120:].all()
+    np.testing.assert_array_equal(after.poses[whole], before.poses[whole])
+    np.testing.assert_array_equal(after.residual[whole], before.residual[whole])
+    assert (after.poses[80:120] != before.poses[80:120]).any()
+    jump = np.abs(np.diff(after.poses[:, 7:], axis=0)).max()
+    assert jump < np.abs(np.diff(before.poses[:, 7:], axis=0)).max() + 0.05
+
+
+@pytest.mark.parametrize("name", ["hoyet6", "schroeder6", "hoyet8"])
+def test_angles_of_few_markers_get_truer_and_likelier(name, monkeypatch, rng):
+    model, prior = model_of(name), read_prior()
+    poses = likely_poses(model, prior, 200, rng)
+    markers = marker_positions(model, poses)
+    markers += rng.normal(scale=3e-4, size=markers.shape)
+    before = without(monkeypatch, model, markers, prior=prior)
+    after = solve_markers(model, markers, prior=prior)
+    off = [np.abs(s.poses - poses)[:, 7:].mean() for s in (before, after)]
+    assert off[1] < 0.8 * off[0]
+    frame = Frame(name, rng)
+    costs = []
+    for found in (before, after):
+        total = 0.0
+        for markers_of_frame, pose in zip(markers, found.poses, strict=True):
+            frame.markers = markers_of_frame
+            total += frame.cost(pose)
+        costs.append(total)
+    assert costs[1] < costs[0]
+    assert (after.residual <= 1.05 * before.residual + 2.001e-4).all()
+
+
+def test_without_a_prior_nothing_changes(monkeypatch, rng):
+    model = model_of("hoyet6")
+    markers = marker_positions(model, likely_poses(model, read_prior(), 50, rng))
+    before = without(monkeypatch, model, markers)
+    np.testing.assert_array_equal(solve_markers(model, markers).poses, before.poses)
+
+
+def test_elbows_up_and_down_are_told_apart_by_the_prior(monkeypatch, rng):
+    model, prior = model_of("dfki13"), read_prior()
+    poses = likely_poses(model, prior, 300, rng)
+    poses[:, 7:] *= 0.7
+    markers = marker_positions(model, poses)
+    markers += rng.normal(scale=3e-4, size=markers.shape)
+    before = without(monkeypatch, model, markers, prior=prior)
+    after = solve_markers(model, markers, prior=prior)
+    off = [np.abs(s.poses - poses)[:, 7:] for s in (before, after)]
+    assert off[1].mean() < 0.7 * off[0].mean()
+    assert (off[1] > 0.5).mean() < 0.2 * (off[0] > 0.5).mean()
+    steps = [np.abs(np.diff(s.poses[:, 7:], axis=0)) for s in (before, after)]
+    assert steps[1].max() < 0.35 < steps[0].max()
