@@ -42,11 +42,15 @@ def called_by(kernel):
     return found
 
 
-def after_warming():
-    """Names of the kernels that warming leaves, and how often those of `BY_HAND` are.
+def in_a_process(what):
+    """What this file says of itself; alone, since other tests compile kernels, too."""
+    line = [sys.executable, __file__, what]
+    done = subprocess.run(line, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout.splitlines()[-1])
 
-    In a process of its own, since other tests compile kernels, too.
-    """
+
+def after_warming():
+    """Names of the kernels that warming leaves, and how often those of `BY_HAND` are."""
     everything()
     warm.warm()
     known = list(warm.kernels())
@@ -58,12 +62,10 @@ def after_warming():
 
 
 def test_warming_leaves_no_kernel_uncompiled():
-    line = [sys.executable, __file__]
-    done = subprocess.run(line, capture_output=True, text=True, check=True)
-    left, signatures = json.loads(done.stdout.splitlines()[-1])
+    left, signatures = in_a_process("once")
     assert set(left) == UNUSED, "a part in handclean/pipeline/warm.py should reach them"
     assert signatures == [1, 1]
-    again = warm.warm(jobs=2)
+    again = in_a_process("again")
     assert again["compiled"] == 0
     assert again["loaded"] > 10
 
@@ -81,4 +83,5 @@ def test_a_process_that_fails_is_one_error(monkeypatch):
 
 
 if __name__ == "__main__":
-    print(json.dumps(after_warming()))
+    done = after_warming() if sys.argv[1] == "once" else warm.warm(jobs=2)
+    print(json.dumps(done))
