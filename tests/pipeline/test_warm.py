@@ -50,7 +50,7 @@ def in_a_process(what):
 
 
 def after_warming():
-    """Names of the kernels that warming leaves, and how often those of `BY_HAND` are."""
+    """Names of kernels that warming leaves, and how often those of `BY_HAND` are."""
     everything()
     warm.warm()
     known = list(warm.kernels())
