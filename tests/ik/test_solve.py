@@ -10,6 +10,7 @@ from handclean.errors import HandcleanError, ShapeError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
+from handclean.ik import solve as solving
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import solve, solve_markers
@@ -103,7 +104,10 @@ def test_a_weight_of_zero_is_a_missing_marker(subject, rng):
     np.testing.assert_array_equal(a.poses, b.poses)
 
 
-def test_the_subspace_moves_fingers_nobody_sees_and_standard_does_not(subject, rng):
+def test_the_subspace_moves_fingers_nobody_sees_and_standard_does_not(
+    subject, rng, monkeypatch
+):
+    """The subspace to the degree; under a prior that allows for stray, roughly."""
     mean, basis = synergies(subject, rng)
     poses = smooth_poses(subject.model.tree, 60, rng, (mean, basis))
     markers = marker_positions(subject.model, poses)
@@ -117,8 +121,12 @@ def test_the_subspace_moves_fingers_nobody_sees_and_standard_does_not(subject, r
         assert found.opened[:, ring].all()
         return np.degrees(np.abs(found.poses - poses)[:, 7:][:, ring]).mean()
 
-    layered, standard = error(prior_of(subject, mean, basis)), error(None)
-    assert layered < 0.5 * standard
+    prior = prior_of(subject, mean, basis)
+    likeliest, standard = error(prior), error(None)
+    monkeypatch.setattr(solving, "make_likeliest", lambda *parts: None)
+    layered = error(prior)
+    assert layered < 1.0
+    assert likeliest < 0.5 * standard
     assert standard > 4.0
 
 
