@@ -22,7 +22,6 @@ or several times in a long one.
 """
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -30,23 +29,14 @@ from handclean.arrays import Bools, Floats
 from handclean.gaps.runs import runs
 from handclean.gaps.spread import spread
 from handclean.hand.model import Model
-from handclean.ik.frames import LOOSE
+from handclean.ik.doubt import TOLD, prior_precision, stretches_of
 from handclean.tree import POSE_HEAD, ROOT_DOFS
 
 DECIDED = 0.9
 """Share of its variance that markers must explain for a joint to count as known."""
 
-TOLD = 0.5
-"""Share below which a joint counts as one that markers say nothing of."""
-
 DISTINCT = 0.05
 """How much more of it the missing markers should explain for them to matter."""
-
-ROOT_SPREAD = (0.05, 0.5)
-"""[m], [rad] loose prior of the root's translation and rotation."""
-
-LONGEST = 100
-"""Frames for which one Jacobian serves."""
 
 JUMP = (0.15, 4.0)
 """[rad] a jump is more than this and so many times the steps just beside it."""
@@ -69,14 +59,6 @@ class Decided:
     affected: Bools
     root: Bools
     sigma: Floats
-
-
-def prior_precision(hinges: int) -> Floats:
-    """(6 + D,) of the loose prior."""
-    spread = np.concatenate(
-        [np.repeat(ROOT_SPREAD, ROOT_DOFS // 2), np.full(hinges, LOOSE)]
-    )
-    return np.asarray(1.0 / spread**2)
 
 
 def decide(
@@ -160,12 +142,3 @@ def same_finger(model: Model) -> Bools:
     limb_of_hinge = first[model.tree.hinge_bone]
     limb_of_marker = first[model.bone]
     return np.asarray(limb_of_marker[:, None] == limb_of_hinge)
-
-
-def stretches_of(*marks: Bools) -> list[tuple[int, int]]:
-    """Frames in which marks (T, M) stay the same, not too many, as (start, stop)."""
-    frames = len(marks[0])
-    changes = np.any(np.diff(np.hstack(marks), axis=0), axis=1)
-    regular = np.arange(0, frames, LONGEST)
-    edges = np.union1d(np.flatnonzero(changes) + 1, np.append(regular, frames))
-    return [(int(a), int(b)) for a, b in pairwise(edges)]

@@ -8,8 +8,6 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.errors import HandcleanError
 from handclean.gaps import baselines, follow
-from handclean.gaps.doubt import even_noise, marker_sigma_of_angles, zero_sigma
-from handclean.gaps.noise import marker_noise
 from handclean.gaps.posture import Posture, bridge_posture
 from handclean.gaps.runs import Gap, Limits, gaps_of, seen_in
 from handclean.gaps.samples import with_samples
@@ -18,7 +16,9 @@ from handclean.gaps.settings import FillConfig
 from handclean.hand.model import Model, marker_positions
 from handclean.hand.subject import Subject
 from handclean.ik.decide import DECIDED
-from handclean.ik.plausible import plausible, share_left
+from handclean.ik.doubt import doubt_of_take, zero_sigma
+from handclean.ik.noise import marker_noise
+from handclean.ik.plausible import plausible
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution, markers_of, solve_markers
@@ -96,7 +96,7 @@ def fill(
     points. Samples filled by the default method have a sigma: the root mean square
     distance to be expected from the truth. The bridged motion comes with the take, and
     ``angles_sigma``: what markers, paths and prior leave open and the constant error of
-    each joint's zero (see `doubt`); none where nothing tells of a joint.
+    each joint's zero (see `ik.doubt`); none where nothing tells of a joint.
 
     Parameters
     ----------
@@ -213,13 +213,10 @@ def _doubt(
 ) -> tuple[Floats, Floats, Floats]:
     """(T,), (T, D) [rad] doubt of root and hinges, without that of zeros, (T, D) off.
 
-    See `marker_sigma_of_angles`; what is bridged is as sure as its path.
+    See `doubt_of_take`; what is bridged is as sure as its path.
     """
-    seen = seen_in(positions)
-    left = share_left(subject.model, seen)
-    noise = even_noise(noise, positions, solution.residual, left)
-    root, sigma, off = marker_sigma_of_angles(
-        subject.model, posture.poses, seen, noise, prior, nominal_m
+    root, sigma, off = doubt_of_take(
+        subject, positions, posture.poses, solution, noise, prior, nominal_m
     )
     root = np.where(posture.bridged_root, 0.0, root)
     bridged = posture.bridged

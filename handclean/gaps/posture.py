@@ -20,7 +20,6 @@ from handclean.gaps.decided import (
     Decided,
     decide,
     doubt_jumps,
-    prior_precision,
     same_finger,
 )
 from handclean.gaps.leftovers import PARTIAL, Leftovers, carry, left_over
@@ -29,6 +28,7 @@ from handclean.gaps.refine import Targets, placed
 from handclean.gaps.runs import Gap, Limits, runs, seen_in
 from handclean.gaps.spread import spread
 from handclean.hand.model import Model
+from handclean.ik.doubt import prior_precision
 from handclean.ik.frames import LOOSE
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution

@@ -1,22 +1,21 @@
-"""Joint angles from labelled markers: the entry of inverse kinematics."""
+"""Poses from the markers of a hand, frame by frame."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
 from handclean.hand.model import Model
-from handclean.hand.subject import Subject
 from handclean.ik.decide import decide, precision_of
 from handclean.ik.frames import solve_frames
 from handclean.ik.likeliest import make_likeliest
 from handclean.ik.mend import jumps, mend
-from handclean.ik.plausible import plausible, share_left
+from handclean.ik.plausible import share_left
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.kernels.gauss_newton import Chain, make_work
-from handclean.recording import Recording, motion_from_poses
+from handclean.recording import Recording
 from handclean.tree import POSE_HEAD, ROOT_DOFS
 
 QUIETEST = 1e-4
@@ -268,40 +267,3 @@ def markers_of(
             there = seen[:, at]
             out[there, column] = found.positions[there, at]
     return out
-
-
-def solve(
-    recording: Recording,
-    subject: Subject,
-    *,
-    name: str = "",
-    prior: PosturePrior | None = None,
-    settings: SolveConfig | None = None,
-) -> Recording:
-    """Add the joint angles of one hand to a labelled take.
-
-    Residuals, and the fit itself, count measured markers only. A frame is trusted if
-    its posture is decided (see `Solution`) and its residual is one that this subject's
-    markers may have (see `plausible`).
-
-    Parameters
-    ----------
-    name : of the skeleton and motion; the hand's side when not given.
-    """
-    model = subject.model
-    positions = markers_of(recording, model)
-    solution = solve_markers(model, positions, prior=prior, settings=settings)
-    name = name or model.tree.side or model.tree.kind
-    seen = np.asarray(np.isfinite(positions).all(axis=2))
-    near = plausible(subject, seen, solution.residual)
-    motion = motion_from_poses(
-        model.tree.hinges,
-        solution.poses,
-        residual=solution.residual,
-        trusted=solution.trusted & near,
-    )
-    return replace(
-        recording,
-        skeletons={**recording.skeletons, name: model.tree},
-        motions={**recording.motions, name: motion},
-    )

@@ -32,7 +32,7 @@ from handclean.hand.skinning import (
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.ik.settings import SolveConfig
-from handclean.ik.solve import solve
+from handclean.ik.take import solve
 from handclean.io.prior import read_prior
 from handclean.kernels import cache_directory
 from handclean.labels.kit import (

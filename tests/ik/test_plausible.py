@@ -10,7 +10,7 @@ from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
 from handclean.ik.plausible import FAR, plausible, remark, usual_residual
-from handclean.ik.solve import solve
+from handclean.ik.take import solve
 from handclean.io.prior import read_prior
 from handclean.recording import Recording, trajectories
 

@@ -13,7 +13,8 @@ from handclean.hand.subject import template_subject
 from handclean.ik import solve as solving
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
-from handclean.ik.solve import solve, solve_markers
+from handclean.ik.solve import solve_markers
+from handclean.ik.take import solve
 from handclean.io.prior import read_prior
 from handclean.recording import Origin, Recording, trajectories
 

@@ -9,8 +9,8 @@ from people import exercise, true_hand
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
-from handclean.ik.solve import solve
 from handclean.ik.suspects import suspects, words
+from handclean.ik.take import solve
 from handclean.recording import Recording, trajectories
 
 NOISE = 3e-4

@@ -8,7 +8,7 @@ import pytest
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import template_subject
-from handclean.ik.solve import solve
+from handclean.ik.take import solve
 from handclean.pipeline.steps.solve import doubts
 from handclean.recording import Recording, trajectories
 

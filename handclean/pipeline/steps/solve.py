@@ -10,7 +10,7 @@ from handclean.ik.mirror import expect_side
 from handclean.ik.plausible import remark
 from handclean.ik.prior import PosturePrior
 from handclean.ik.solve import markers_of
-from handclean.ik.solve import solve as solve_take
+from handclean.ik.take import solve as solve_take
 from handclean.labels.points import cloud_of
 from handclean.labels.size import unit_hint
 from handclean.pipeline import hands, names, sessions

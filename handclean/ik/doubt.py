@@ -6,7 +6,7 @@ Three things, added as variances:
   (the posture subspace and strays off it, or a loose one without a prior). Markers that
   a pose follows wherever they go have small residuals whatever their noise; so none is
   believed to be quieter than all are together.
-- On a path through a gap, what the path may be off (see `posture`).
+- On a path through a gap, what the path may be off (see `gaps.posture`).
 - The zero. Where a bone with its markers is thought to be turned about its hinge, all
   angles of a take are off by a constant, and residuals do not tell: marker places can
   be turned with it. What holds the zero is how well places are known beforehand, the
@@ -35,16 +35,18 @@ the wrong one of two postures, which no variance says.
 """
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.gaps.decided import TOLD, prior_precision, stretches_of
 from handclean.hand.model import Model, jacobian
 from handclean.hand.subject import Subject
 from handclean.ik.decide import UNKNOWN, precision_of
+from handclean.ik.frames import LOOSE
+from handclean.ik.plausible import share_left
 from handclean.ik.prior import PosturePrior
-from handclean.ik.solve import prior_arrays
+from handclean.ik.solve import Solution, prior_arrays
 from handclean.tree import POSE_HEAD, ROOT_DOFS
 
 CALIBRATED_M = 1.5e-3
@@ -52,6 +54,15 @@ CALIBRATED_M = 1.5e-3
 
 TEMPLATE_M = 6e-3
 """[m] how far places are off on a hand that nobody measured."""
+
+TOLD = 0.5
+"""Share of its variance that markers must explain for them to tell of a joint."""
+
+ROOT_SPREAD = (0.05, 0.5)
+"""[m], [rad] loose prior of the root's translation and rotation."""
+
+LONGEST = 100
+"""Frames for which one Jacobian serves."""
 
 LEAST_DISTANCE = 5e-3
 """[m] nothing holds a zero worse than a place this far from the axis."""
@@ -91,6 +102,48 @@ def even_noise(
         return noise
     square = np.median(residual[solved] ** 2 / (3.0 * left[solved]))
     return np.asarray(np.maximum(noise, np.sqrt(square)))
+
+
+def prior_precision(hinges: int) -> Floats:
+    """(6 + D,) of the loose prior."""
+    spread = np.concatenate(
+        [np.repeat(ROOT_SPREAD, ROOT_DOFS // 2), np.full(hinges, LOOSE)]
+    )
+    return np.asarray(1.0 / spread**2)
+
+
+def stretches_of(*marks: Bools) -> list[tuple[int, int]]:
+    """Frames in which marks (T, M) stay the same, not too many, as (start, stop)."""
+    frames = len(marks[0])
+    changes = np.any(np.diff(np.hstack(marks), axis=0), axis=1)
+    regular = np.arange(0, frames, LONGEST)
+    edges = np.union1d(np.flatnonzero(changes) + 1, np.append(regular, frames))
+    return [(int(a), int(b)) for a, b in pairwise(edges)]
+
+
+def doubt_of_take(
+    subject: Subject,
+    positions: Floats,
+    poses: Floats,
+    solution: Solution,
+    noise: Floats,
+    prior: PosturePrior | None,
+    nominal_m: float,
+) -> tuple[Floats, Floats, Floats]:
+    """(T,), (T, D) [rad] doubt of root and hinges, without that of zeros, (T, D) off.
+
+    See `marker_sigma_of_angles`; no marker is quieter than all are together.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) [m] measured samples, NaN elsewhere; poses : (T, 7 + D).
+    solution : inverse kinematics of ``positions``.
+    noise : (M,) [m] as `noise.marker_noise` says.
+    """
+    seen = np.asarray(np.isfinite(positions).all(axis=2))
+    left = share_left(subject.model, seen)
+    noise = even_noise(noise, positions, solution.residual, left)
+    return marker_sigma_of_angles(subject.model, poses, seen, noise, prior, nominal_m)
 
 
 def marker_sigma_of_angles(

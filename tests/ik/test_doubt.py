@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 from people import as_take, exercise, person
 
-from handclean.gaps.doubt import (
-    even_noise,
-    marker_sigma_of_angles,
-    zero_sigma,
-)
 from handclean.gaps.fill import fill
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
+from handclean.ik.doubt import (
+    even_noise,
+    marker_sigma_of_angles,
+    zero_sigma,
+)
+from handclean.ik.take import solve
 from handclean.io.prior import read_prior
 from handclean.subject.calibrate import calibrate
 from handclean.subject.settings import CalibrateConfig
@@ -129,3 +130,22 @@ def test_trusted_frames_have_no_doubtful_joint(people, rng):
     doubt = np.sqrt(motion.angles_sigma**2 - zero_sigma(known) ** 2)
     assert 0.1 < motion.trusted.mean() < 0.9
     assert np.max(doubt[motion.trusted]) < 0.4 + 1e-9
+
+
+def test_solved_angles_have_the_sigma_that_filling_gives_them(people, rng):
+    """Bit for bit in whole takes; without a prior, none where nothing tells."""
+    one, known = people[0]
+    poses = exercise(rng, one.model.tree, 60, 50.0)
+    seen = marker_positions(one.model, poses)
+    seen += rng.normal(scale=2e-4, size=seen.shape)
+    whole = as_take(seen, one.model.labels)
+    solved = solve(whole, known, prior=read_prior()).motions["right"]
+    filled = fill(whole, known, prior=read_prior())[0].motions["right"]
+    np.testing.assert_array_equal(solved.angles_sigma, filled.angles_sigma)
+    assert np.isfinite(solved.angles_sigma).all()
+    ring = ["RING" in label for label in one.model.labels]
+    seen[:, ring] = np.nan
+    bare = solve(as_take(seen, one.model.labels), known).motions["right"]
+    hidden = np.array(["ring" in name for name in one.model.tree.hinges])
+    assert np.isnan(bare.angles_sigma[:, hidden]).all()
+    assert np.isfinite(bare.angles_sigma[:, ~hidden]).all()
