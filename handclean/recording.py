@@ -216,6 +216,7 @@ class Recording:
     Attributes
     ----------
     rate : [Hz]; frames : T; first_frame : number the source gives its first frame.
+    start_time : [s] the time the source gives its first frame.
     up_axis : "+y", "+z" ... or "" when unknown.
     parameters : what else the source carried, as nested plain values and arrays.
     provenance : one entry (plain JSON values) per step that made this take.
@@ -224,6 +225,7 @@ class Recording:
     rate: float
     frames: int
     first_frame: int = 1
+    start_time: float = 0.0
     up_axis: str = ""
     markers: Trajectories | None = None
     unlabelled: Points | None = None
@@ -239,6 +241,11 @@ class Recording:
     def times(self) -> Floats:
         """(T,) [s] from the first frame."""
         return np.arange(self.frames) / self.rate
+
+    @property
+    def clock(self) -> Floats:
+        """(T,) [s] as the source counts time."""
+        return self.start_time + self.times
 
 
 def frame_slices(frame: Ints32, frames: int) -> Ints:

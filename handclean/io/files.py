@@ -275,6 +275,7 @@ def _about(take: Recording) -> dict[str, Any]:
     about: dict[str, Any] = {
         "frames": take.frames,
         "first_frame": take.first_frame,
+        "start_time_s": take.start_time,
         "rate": take.rate,
         "duration_s": take.frames / take.rate,
         "up_axis": take.up_axis,

@@ -104,6 +104,7 @@ PARTS = MappingProxyType(
             lambda take: bool(take.source_events or take.parameters.get("c3d")),
         ),
         "first_frame": Part("the first frame's number", lambda t: t.first_frame != 1),
+        "start_time": Part("the first frame's time", lambda t: t.start_time != 0.0),
         "up_axis": Part("the up axis", lambda take: bool(take.up_axis)),
     }
 )
@@ -111,15 +112,16 @@ PARTS = MappingProxyType(
 KEEPS = MappingProxyType(
     {
         ".h5": frozenset(PARTS),
-        ".c3d": frozenset(PARTS) - {"confidence", "roots", "skeletons", "events"},
-        ".trc": frozenset({"markers", "points", "first_frame"}),
+        ".c3d": frozenset(PARTS)
+        - {"confidence", "roots", "skeletons", "events", "start_time"},
+        ".trc": frozenset({"markers", "points", "first_frame", "start_time"}),
         ".csv": frozenset(
             {
                 *{"markers", "points", "marks", "angles", "roots", "trust"},
-                *{"first_frame", "up_axis"},
+                *{"first_frame", "start_time", "up_axis"},
             }
         ),
-        ".mot": frozenset({"angles", "roots", "trust"}),
+        ".mot": frozenset({"angles", "roots", "trust", "start_time"}),
         ".bvh": frozenset({"angles", "roots", "skeletons"}),
         ".glb": frozenset({"angles", "roots", "trust", "skeletons", "up_axis"}),
     }

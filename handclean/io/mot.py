@@ -44,7 +44,7 @@ def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
         If there are no angles, no frame is whole and trusted, or a name cannot stand in
         a MOT file.
     """
-    names, blocks = ["time"], [recording.times[:, None]]
+    names, blocks = ["time"], [recording.clock[:, None]]
     motions = motions_of(path, recording)
     notes: list[str] = []
     trusted = np.ones(recording.frames, dtype=bool)

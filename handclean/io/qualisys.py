@@ -13,6 +13,7 @@ import numpy as np
 
 from handclean.arrays import Bytes, Floats
 from handclean.errors import FileError
+from handclean.io.clock import start_of
 from handclean.io.grid import Lines, read_numbers
 from handclean.io.reading import (
     Reading,
@@ -71,6 +72,8 @@ def read_tsv(
         if _one(keys, key) not in ("", str(count)):
             traps.append(f"{key} says {_one(keys, key)}, there are {count}")
     numbers = grid[:, 0] if lead else np.arange(1.0, len(grid) + 1)
+    said = f"FREQUENCY, {rate:g} Hz"
+    start = start_of(grid[:, 1], numbers, rate, said, traps) if lead else 0.0
     first, values = place_rows(path, numbers, grid[:, lead:], traps)
     positions = in_metres(values, length).reshape(len(values), -1, 3)
     zeros_are_missing(positions, traps)
@@ -80,6 +83,7 @@ def read_tsv(
         rate=rate,
         frames=len(values),
         first_frame=first,
+        start_time=start,
         markers=markers,
         unlabelled=points,
         events=tuple(

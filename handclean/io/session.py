@@ -36,6 +36,8 @@ _MARKER_ARRAYS = {
     "cameras": ("", np.uint8),
 }
 _UP = ("", "+x", "-x", "+y", "-y", "+z", "-z")
+_LATEST_S = 1e12
+"""[s] no clock shows more."""
 
 
 def write_session(path: Path, recording: Recording) -> None:
@@ -53,6 +55,7 @@ def _session_part(recording: Recording) -> Part:
     attrs: dict[str, Any] = {
         "rate": float(recording.rate),
         "first_frame": int(recording.first_frame),
+        "start_time": float(recording.start_time),
         "frames": int(recording.frames),
     }
     if recording.up_axis:
@@ -166,12 +169,15 @@ def read_session(path: Path) -> Recording:
     root = read_h5(path, FORMAT, version=VERSION)
     rate, frames = root.number("rate"), root.number("frames")
     first, up_axis = root.number("first_frame", 1), root.text("up_axis", "")
+    start = root.number("start_time", 0.0)
     if not 0 < rate < 1e9:
         raise FileError(path, f"its rate is {rate:g} Hz", "it should be above 0")
     if not isinstance(frames, int) or frames < 1:
         raise FileError(path, "has no frames")
     if not isinstance(first, int):
         raise FileError(path, f"its first frame is {first:g}", "not a whole number")
+    if not abs(start) < _LATEST_S:
+        raise FileError(path, f"its first frame is at {start:g} s", "no such time")
     if up_axis not in _UP:
         raise FileError(path, f"its up axis is '{up_axis[:20]}'", "+y or the like")
     try:
@@ -179,6 +185,7 @@ def read_session(path: Path) -> Recording:
             rate=float(rate),
             frames=frames,
             first_frame=first,
+            start_time=float(start),
             up_axis=up_axis,
             markers=_markers(root.part("markers"), frames),
             unlabelled=_points(root.part("unlabelled"), frames),

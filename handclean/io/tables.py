@@ -1,11 +1,11 @@
 """CSV in and out: one row per frame, for spreadsheets and short programs.
 
 A CSV file that handclean writes begins with one comment line, ``# handclean csv`` and
-a JSON object: ``rate_hz``, ``unit`` (of lengths), ``first_frame``, ``up_axis`` and
-``motions``, the hinge names of each motion. Then a line of column names:
+a JSON object: ``rate_hz``, ``unit`` (of lengths), ``first_frame``, ``start_time_s``,
+``up_axis`` and ``motions``, the hinge names of each motion. Then the column names:
 
 ``frame, time_s``
-    The frame's number and its time from the first frame [s].
+    The frame's number and its time [s], as the source counts both.
 ``NAME_X, NAME_Y, NAME_Z, NAME_origin``
     A marker's place, blank where missing, and where the sample comes from (0 missing,
     1 measured, 2 filled, 3 rejected, 4 smoothed). Points that no model explains are
@@ -34,9 +34,9 @@ import numpy as np
 
 from handclean.arrays import Bytes, Floats
 from handclean.errors import FileError
+from handclean.io.clock import rate_of, start_of
 from handclean.io.grid import Lines, read_numbers
 from handclean.io.reading import (
-    AGREE,
     Reading,
     check_labels,
     check_unique,
@@ -62,8 +62,6 @@ _DECIMAL_COMMA = re.compile(rb"-?\d+,\d+(?![\d,.])")
 _FRAME = {"frame", "frames", "frameno", "framenumber"}
 _TIME = {"time", "times", "timesec", "timeseconds"}
 _UP = {"", "+x", "-x", "+y", "-y", "+z", "-z"}
-_WHOLE = 1e-4
-"""A rate found from times counts as whole when within this share of a whole number."""
 
 
 class _Layout(NamedTuple):
@@ -114,8 +112,11 @@ def read_csv(
         numbers = grid[:, layout.frame]
     stated = own.get("rate_hz")
     if stated is None and layout.time is not None:
-        stated = _rate_of(numbers, grid[:, layout.time], rate_hz, traps)
+        stated = rate_of(numbers, grid[:, layout.time], rate_hz, traps)
     rate = settle_rate(path, stated, rate_hz)
+    start = own.get("start_time_s", 0.0)
+    if layout.time is not None and "start_time_s" not in own:
+        start = start_of(grid[:, layout.time], numbers, rate, f"{rate:g} Hz", traps)
     if layout.extra:
         traps.append(f"not a marker's, left out: {', '.join(layout.extra[:20])}")
     first, values = place_rows(path, numbers, grid, traps)
@@ -131,6 +132,7 @@ def read_csv(
         rate=rate,
         frames=len(values),
         first_frame=first,
+        start_time=start,
         up_axis=own.get("up_axis", ""),
         markers=markers,
         unlabelled=points,
@@ -160,11 +162,14 @@ def _comment(path: Path, lines: Lines) -> dict[str, Any]:
 def _sound(own: dict[str, Any]) -> bool:
     """Whether handclean's comment has the parts it should have."""
     rate, first, motions = (own.get(k) for k in ("rate_hz", "first_frame", "motions"))
+    start = own.get("start_time_s", 0.0)
     return (
         isinstance(rate, (int, float))
         and 0 < rate < 1e9
         and isinstance(first, int)
         and abs(first) < 2**31
+        and isinstance(start, (int, float))
+        and abs(start) < 1e12
         and isinstance(own.get("unit"), str)
         and own.get("up_axis") in _UP
         and isinstance(motions, dict)
@@ -275,22 +280,6 @@ def _head(name: str, motions: Mapping[str, object]) -> str:
     return "" if len(motions) == 1 else f"{name}:"
 
 
-def _rate_of(
-    numbers: Floats, times: Floats, option: float | None, traps: list[str]
-) -> float | None:
-    """[Hz] the rate that frame numbers and times [s] agree on, if they do."""
-    with np.errstate(all="ignore"):
-        rate = float((numbers[-1] - numbers[0]) / (times[-1] - times[0]))
-        late = np.abs(times - times[0] - (numbers - numbers[0]) / rate)
-    if not (0 < rate < 1e9 and np.all(late < 0.5 / rate)):
-        traps.append("its times run irregularly and say no rate")
-        return None
-    whole = round(rate)
-    if option is not None and abs(rate - option) <= AGREE * rate:
-        return option
-    return whole if abs(rate - whole) <= _WHOLE * rate else rate
-
-
 def _origins(path: Path, values: Floats, layout: _Layout) -> Bytes | None:
     """(T, M) where each sample comes from, if the file says so."""
     if not layout.origins:
@@ -371,7 +360,7 @@ def _table(
     """Return names, digits and blocks of columns, side by side."""
     names, decimals = ["frame", "time_s"], [0, 6]
     numbers = recording.first_frame + np.arange(recording.frames, dtype=float)
-    blocks = [numbers[:, None], recording.times[:, None]]
+    blocks = [numbers[:, None], recording.clock[:, None]]
     if columns is not None:
         for m, label in enumerate(columns.labels):
             names += [f"{label}_{axis}" for axis in "XYZ"] + [f"{label}_origin"]
@@ -405,6 +394,7 @@ def _lines(
         "rate_hz": recording.rate,
         "unit": "mm",
         "first_frame": recording.first_frame,
+        "start_time_s": recording.start_time,
         "up_axis": recording.up_axis,
         "motions": {name: list(m.names) for name, m in recording.motions.items()},
     }

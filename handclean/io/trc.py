@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from handclean.arrays import Floats
 from handclean.errors import FileError
+from handclean.io.clock import start_of
 from handclean.io.grid import Lines, read_numbers
 from handclean.io.reading import (
     Reading,
@@ -73,7 +73,8 @@ def read_trc(
     columns = 2 + 3 * len(labels)
     grid = read_numbers(lines, columns, b"\t", traps, lenient=lenient)
     _check_count(stated["NumFrames"], len(grid), traps)
-    _check_times(grid[:, 1], grid[:, 0], rate, traps)
+    said = f"DataRate, {rate:g} Hz"
+    start = start_of(grid[:, 1], grid[:, 0], rate, said, traps)
     first, values = place_rows(path, grid[:, 0], grid[:, 2:], traps)
     positions = in_metres(values, length).reshape(len(values), -1, 3)
     zeros_are_missing(positions, traps)
@@ -82,6 +83,7 @@ def read_trc(
         rate=rate,
         frames=len(values),
         first_frame=first,
+        start_time=start,
         markers=markers,
         unlabelled=points,
     )
@@ -132,15 +134,6 @@ def _check_count(claim: str, rows: int, traps: list[str]) -> None:
         traps.append(f"NumFrames says {claim}, there are {rows} rows")
 
 
-def _check_times(times: Floats, numbers: Floats, rate: float, traps: list[str]) -> None:
-    """Report a time column that does not run at the stated rate."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        expected = (numbers - numbers[0]) / rate
-        late = np.abs(times - times[0] - expected)
-    if not np.all(late <= 0.5 / rate):
-        traps.append(f"the Time column does not run at DataRate, {rate:g} Hz")
-
-
 def write_trc(path: Path, recording: Recording) -> tuple[str, ...]:
     """Write the markers as TRC in millimetres; missing samples are blank cells.
 
@@ -174,5 +167,5 @@ def _lines(recording: Recording, columns: Columns) -> Iterator[str]:
     yield ""
     numbers = first + np.arange(frames)
     millimetres = 1e3 * columns.positions.reshape(frames, -1)
-    table = np.column_stack([numbers, recording.times, millimetres])
+    table = np.column_stack([numbers, recording.clock, millimetres])
     yield from rows(table, [0, 6] + [6] * (3 * markers), "\t")

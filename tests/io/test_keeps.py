@@ -50,6 +50,7 @@ def take(rng):
         rate=100.0,
         frames=frames,
         first_frame=7,
+        start_time=2.345,
         up_axis="+y",
         markers=markers,
         unlabelled=Points(
@@ -73,6 +74,8 @@ def parts_of(path):
         columns = files.inspect(path)["columns"]
         found = {"angles"} if "index_mcp_flexion" in columns else set()
         found |= {"trust"} if files.inspect(path)["frames"] == 17 else set()
+        begins = path.read_text().split("endheader\n")[1].splitlines()[1]
+        found |= {"start_time"} if begins.startswith("2.345") else set()
         return found | ({"roots"} if "root_tx" in columns else set())
     if path.suffix == ".glb":
         about = files.inspect(path)
@@ -151,7 +154,7 @@ def test_a_mot_has_no_row_for_a_frame_that_is_not_trusted(take, tmp_path):
     assert "3 of 20 frames are left out: they are not trusted" in notes[1]
     rows = (tmp_path / "a.mot").read_text().split("endheader\n")[1].splitlines()[1:]
     times = [float(row.split("\t")[0]) for row in rows]
-    assert np.allclose(times, np.delete(take.times, DOUBT))
+    assert np.allclose(times, 2.345 + np.delete(take.times, DOUBT))
 
 
 def test_a_mot_of_which_nothing_is_trusted_is_refused_and_one_such_hand_left_out(

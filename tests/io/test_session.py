@@ -64,6 +64,7 @@ def a_take(rng, frames=40):
         rate=120.0,
         frames=frames,
         first_frame=-3,
+        start_time=2.345,
         up_axis="+y",
         markers=Trajectories(
             positions=positions,

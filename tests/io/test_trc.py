@@ -287,3 +287,15 @@ def test_real_takes_with_wrong_counts_keep_their_timing(shared_data):
     take = read_trc(next(p for p in paths if p.match("*User1/capture1/sequence.27*")))
     assert take.recording.frames == 112
     assert np.count_nonzero(take.recording.markers.origin.any(axis=1)) == 90
+
+
+@pytest.mark.parametrize("start", [2.345, -1.5, 0.0])
+def test_the_time_of_the_first_row_is_kept(start, tmp_path):
+    text = PLAIN
+    for row in range(3):
+        text = text.replace(f"\t0.0{row}\t", f"\t{start + 0.01 * row:.3f}\t")
+    take = read_trc(written(tmp_path / "a.trc", text)).recording
+    assert take.start_time == start
+    for suffix in (".trc", ".csv", ".h5"):
+        files.write(tmp_path / f"b{suffix}", take)
+        assert files.read(tmp_path / f"b{suffix}").start_time == start

@@ -12,6 +12,7 @@ FIGURES = {
     "format": "suffix without its dot, or the kind of an HDF5 file",
     "frames": "frames the file holds",
     "first_frame": "number of its first frame",
+    "start_time_s": "time of its first frame, as the file counts time",
     "rate": "frames per second, null when the file does not say",
     "duration_s": "length of the take",
     "unit": "of lengths in the file",

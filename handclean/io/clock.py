@@ -1,0 +1,89 @@
+"""Columns of times: the rate they run at, the time of the first row, their unit."""
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.io.reading import AGREE
+
+SECONDS = {
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds", "millis"), 1e-3),
+    **dict.fromkeys(("us", "usec", "µs", "μs", "microsecond", "microseconds"), 1e-6),
+    **dict.fromkeys(("ns", "nsec", "nanosecond", "nanoseconds"), 1e-9),
+}
+"""Seconds per unit of time, by the names that columns give it."""
+
+SLOWEST_HZ, FASTEST_HZ = 1.0, 20_000.0
+"""[Hz] cameras are no slower and no faster."""
+
+_WHOLE = 1e-4
+"""A rate found from times counts as whole when within this share of a whole number."""
+
+_TIME = re.compile(
+    r"(?:time|times|timestamp|timestamps|t|elapsed time|elapsedtime|frame time)"
+    r"(?:[\s_]*[\[(](?P<in>[^\])]*)[\])]|[\s_]+(?P<of>\w+)|(?P<as>sec|seconds|ms))?"
+)
+
+
+class Column(NamedTuple):
+    """What the name of a column of times says.
+
+    Attributes
+    ----------
+    seconds : per unit; 1 where it does not say.
+    says : whether it names its unit.
+    """
+
+    seconds: float
+    says: bool
+
+
+def time_column(name: str) -> Column | None:
+    """Return what a column's name says of its times; None if it holds none."""
+    found = _TIME.fullmatch(name.strip().lower()[:40])
+    if not found:
+        return None
+    unit = next((part for part in found.groups() if part is not None), None)
+    if unit is None:
+        return Column(1.0, False)
+    seconds = SECONDS.get(unit.strip())
+    return None if seconds is None else Column(seconds, True)
+
+
+def rate_of(
+    numbers: Floats, times: Floats, option: float | None, traps: list[str]
+) -> float | None:
+    """[Hz] the rate that frame numbers and times [s] agree on, if they do."""
+    with np.errstate(all="ignore"):
+        rate = float((numbers[-1] - numbers[0]) / (times[-1] - times[0]))
+        late = np.abs(times - times[0] - (numbers - numbers[0]) / rate)
+    if not (0 < rate < 1e12 and np.all(late < 0.5 / rate)):
+        traps.append("its times run irregularly and say no rate")
+        return None
+    whole = round(rate)
+    if option is not None and abs(rate - option) <= AGREE * rate:
+        return option
+    return whole if abs(rate - whole) <= _WHOLE * rate else rate
+
+
+def start_of(
+    times: Floats, numbers: Floats, rate: float, said: str, traps: list[str]
+) -> float:
+    """[s] the time of the first row, as the file gives it; 0 if its times are wrong.
+
+    Parameters
+    ----------
+    times, numbers : (N,) [s] and frame numbers.
+    rate : [Hz] of the file.
+    said : what says the rate, for the trap: "DataRate, 120 Hz".
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        expected = (numbers - numbers[0]) / rate
+        late = np.abs(times - times[0] - expected)
+    if not np.all(late <= 0.5 / rate):
+        traps.append(f"the Time column does not run at {said}; it is not kept")
+        return 0.0
+    return float(times[0])
