@@ -2,10 +2,12 @@
 
 A settings class is a frozen dataclass whose fields are ``Annotated[type, "help"]``,
 ``type`` being ``str``, ``int``, ``float``, ``bool`` or a tuple of one of them
-(``tuple[float, ...]`` or ``tuple[float, float]``), each with a default. Limits of a
-value are checked in ``__post_init__``, which raises ``ValueError("max_gap_s should be
->= 0 s, not -1")``. Settings classes live in modules that import nothing heavy, so that
-``handclean COMMAND --help`` stays instant; for the same reason numpy is not used here.
+(``tuple[float, ...]`` or ``tuple[float, float]``), each with a default. Words that a
+str may be stand behind the help: ``Annotated[str, "help", ("left", "right")]``. Limits
+of a value are checked in ``__post_init__``, which raises ``ValueError("max_gap_s should
+be >= 0 s, not -1")``. Settings classes live in modules that import nothing heavy, so
+that ``handclean COMMAND --help`` stays instant; for the same reason numpy is not used
+here.
 """
 
 import dataclasses
@@ -37,6 +39,7 @@ class Setting:
     is_tuple : whether the value is a tuple.
     help : one sentence.
     default : value when nothing is given.
+    words : what a str may be, to complete command lines; empty where that is open.
     """
 
     name: str
@@ -45,6 +48,7 @@ class Setting:
     is_tuple: bool
     help: str
     default: Any
+    words: tuple[str, ...] = ()
 
     @property
     def right(self) -> str:
@@ -77,7 +81,7 @@ def settings_of(cls: type) -> tuple[Setting, ...]:
 def _setting(field: "dataclasses.Field[Any]", hint: Any) -> Setting:
     if get_origin(hint) is not Annotated or field.default is dataclasses.MISSING:
         raise TypeError(f"{field.name} should be Annotated[type, 'help'] = default")
-    kind, text = get_args(hint)[:2]
+    kind, text, *words = get_args(hint)
     parts: tuple[Any, ...] = (kind,)
     count: int | None = 1
     if get_origin(kind) is tuple:
@@ -94,6 +98,7 @@ def _setting(field: "dataclasses.Field[Any]", hint: Any) -> Setting:
         is_tuple=get_origin(kind) is tuple,
         help=text,
         default=field.default,
+        words=tuple(words[0]) if words else (),
     )
 
 

@@ -36,7 +36,10 @@ def commands():
 
 def parse(words):
     """Parse a command line as ``handclean`` would, without running it; its context."""
-    command, context = frame.cli, click.Context(frame.cli, info_name="handclean")
+    command, context = (
+        frame.cli,
+        click.Context(frame.cli, info_name="handclean", **frame.cli.context_settings),
+    )
     while isinstance(command, frame.LazyGroup):
         name, *words = words
         command = command.get_command(context, name)
@@ -47,7 +50,7 @@ def parse(words):
 
 SHOWN = list(commands())
 NAMES = {tuple(name.split()) for name in [*frame.COMMANDS, *frame.GROUPS]}
-WHOLE = [words for words in SHOWN if tuple(words) not in NAMES and words != ["--help"]]
+WHOLE = [w for w in SHOWN if w and tuple(w) not in NAMES and w != ["--help"]]
 """Those that are more than a command's name."""
 
 

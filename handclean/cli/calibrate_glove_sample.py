@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from handclean.cli import glove_options, options
+from handclean.cli import completion, glove_options, options
 from handclean.glove.settings import GloveSampleConfig
 from handclean.pipeline import many
 from handclean.pipeline.batch import Batch, Work
@@ -14,7 +14,11 @@ from handclean.pipeline.choices import GloveSampling
 @click.command("sample")
 @options.settings("calibrate-glove-sample", GloveSampleConfig)
 @click.option(
-    "--pose", default="", metavar="NAME", help="A key pose, or FILE.toml:NAME."
+    "--pose",
+    default="",
+    metavar="NAME",
+    shell_complete=completion.poses,
+    help="A key pose, or FILE.toml:NAME.",
 )
 @click.option(
     "--hold",
@@ -23,7 +27,11 @@ from handclean.pipeline.choices import GloveSampling
     help="A widget held this rotation, by its or its sensor's name; once per widget.",
 )
 @click.option(
-    "--touch", default="", metavar="thumb,index", help="These fingertips touched."
+    "--touch",
+    default="",
+    metavar="thumb,index",
+    shell_complete=completion.touching,
+    help="These fingertips touched.",
 )
 @click.option(
     "--markers", type=options.PATH, metavar="TAKE", help="A solved take of this motion."

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from handclean.cli import options
+from handclean.cli import completion, options
 from handclean.pipeline import many, plan
 from handclean.pipeline.batch import Batch, Work
 from handclean.pipeline.choices import Converting
@@ -14,6 +14,7 @@ from handclean.pipeline.choices import Converting
 @click.option(
     "--joint-map",
     metavar="NAME|FILE",
+    shell_complete=completion.joint_maps,
     help="Whose joints a skinned hand (.glb) has.  [default: the shipped that fits]",
 )
 @options.batch(

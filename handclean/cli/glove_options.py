@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from handclean.cli import options
+from handclean.cli import completion, options
 from handclean.errors import UsageError
 from handclean.pipeline.batch import Batch
 
@@ -12,6 +12,7 @@ option = click.option(
     "--glove",
     default="",
     metavar="NAME|FILE.toml",
+    shell_complete=completion.gloves,
     help="Which glove it is.  [default: the one the readings name]",
 )
 

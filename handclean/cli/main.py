@@ -12,8 +12,10 @@ from typing import Any
 
 import click
 from click.exceptions import ClickException, Exit, NoArgsIsHelpError, UsageError
+from click.shell_completion import CompletionItem
 
 from handclean import __version__
+from handclean.cli import completion
 from handclean.errors import HandcleanError, UnknownSettingError
 from handclean.pipeline import interrupts
 from handclean.pipeline.interrupts import Interrupted
@@ -86,23 +88,39 @@ class LazyGroup(click.Group):
             raise UnknownSettingError(ctx.command_path, "command", args[0], known)
         return super().resolve_command(ctx, args)
 
+    def shell_complete(
+        self, ctx: click.Context, incomplete: str
+    ) -> list[CompletionItem[Any]]:
+        """Complete commands without importing them, and options."""
+        names = [
+            CompletionItem(name, help=self._help(name))
+            for name in self.list_commands(ctx)
+            if name.startswith(incomplete)
+        ]
+        return [*names, *click.Command.shell_complete(self, ctx, incomplete)]
+
     def format_commands(
         self, ctx: click.Context, formatter: click.HelpFormatter
     ) -> None:
         """List the commands without importing them."""
-        rows = [
-            (name, COMMANDS.get(self._start + name) or GROUPS[self._start + name])
-            for name in self.list_commands(ctx)
-        ]
+        rows = [(name, self._help(name)) for name in self.list_commands(ctx)]
         with formatter.section("Commands"):
             formatter.write_dl(rows)
+
+    def _help(self, name: str) -> str:
+        return COMMANDS.get(self._start + name) or GROUPS[self._start + name]
 
     @property
     def _start(self) -> str:
         return "" if self.name == "handclean" else f"{self.name} "
 
 
-@click.group("handclean", cls=LazyGroup, no_args_is_help=True)
+@click.group(
+    "handclean",
+    cls=LazyGroup,
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.version_option(__version__, prog_name="handclean")
 def cli() -> None:
     """Clean optical hand motion capture: label, fill gaps, solve, offline."""
@@ -116,6 +134,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+    if completion.asked():
+        return completion.answer(cli)
     try:
         with interrupts.raising():
             status = _run(arguments)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from handclean.cli import options
+from handclean.cli import completion, options
 from handclean.errors import UnknownSettingError, UsageError
 from handclean.ik.settings import SolveConfig
 from handclean.layouts.evaluate_settings import EvaluateConfig
@@ -38,6 +38,7 @@ class SeveralOn(click.Command):
     "--from-set",
     default="",
     metavar="NAME|FILE",
+    shell_complete=completion.marker_sets,
     help="Choose from the markers of this set, instead of from all of the skin.",
 )
 @click.option(

@@ -15,7 +15,7 @@ from typing import Any
 import click
 
 from handclean import config
-from handclean.cli import tables
+from handclean.cli import completion, tables
 from handclean.pipeline.batch import Batch
 
 Function = Callable[..., Any]
@@ -65,6 +65,7 @@ inputs = click.argument("inputs", nargs=-1, type=PATH, metavar="IN...")
 manifest = click.option(
     "--manifest",
     metavar="FILE|-",
+    shell_complete=completion.files,
     help="More inputs: CSV with a header (input, output, subject, marker_set, side) "
     "or one path per line; '-' is stdin.",
 )
@@ -89,6 +90,7 @@ output = click.option(
     "--output",
     metavar="OUT",
     callback=_output,
+    shell_complete=completion.files,
     help="Where to: a file, whose suffix picks the format, or a folder.",
 )
 file_format = click.option(
@@ -97,6 +99,7 @@ file_format = click.option(
     show_default=True,
     metavar="SUFFIX",
     callback=_suffix,
+    shell_complete=completion.suffixes,
     help="Format of the files in a folder.",
 )
 overwrite = click.option(
@@ -123,6 +126,7 @@ marker_set = click.option(
     "--marker-set",
     default="",
     metavar="NAME|FILE",
+    shell_complete=completion.marker_sets,
     help="Where the markers sit on the hand.",
 )
 side = click.option(
@@ -244,8 +248,10 @@ def _option(name: str, setting: config.Setting) -> Decorator:
     shown = setting.default
     if setting.is_tuple:
         shown = " ".join(map(str, setting.default)) or "none"
+    known = completion.SETTINGS.get(setting.name, completion.words(setting.words))
     about: dict[str, Any] = {
         "default": None,
+        "shell_complete": known,
         "help": f"{setting.help}  [default: {shown}]",
     }
     if setting.kind is bool and not setting.is_tuple:

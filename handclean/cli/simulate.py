@@ -6,16 +6,16 @@ from pathlib import Path
 
 import click
 
-from handclean.cli import options
+from handclean.cli import completion, options
 from handclean.errors import UsageError
 from handclean.pipeline import manifest, many
 from handclean.pipeline.batch import Batch, Work
 from handclean.pipeline.choices import Simulating
-from handclean.simulation.settings import SimulateConfig
+from handclean.simulation.settings import SCENARIOS, SimulateConfig
 
 
 @click.command("simulate")
-@click.argument("scenario")
+@click.argument("scenario", shell_complete=completion.words(SCENARIOS, files=True))
 @options.settings("simulate", SimulateConfig)
 @options.batch(
     [options.output, options.overwrite],

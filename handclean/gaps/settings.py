@@ -19,7 +19,9 @@ METHODS = (
 class FillConfig:
     """Settings of ``fill-gaps``."""
 
-    method: Annotated[str, f"How to fill: {', '.join(METHODS)}."] = "min-acceleration"
+    method: Annotated[str, f"How to fill: {', '.join(METHODS)}.", METHODS] = (
+        "min-acceleration"
+    )
     max_gap_s: Annotated[float, "Longest gap to fill; longer ones stay open."] = 0.5
     seed_frames: Annotated[
         int, "Measured frames a gap needs on each side, within twice as many frames."

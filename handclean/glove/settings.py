@@ -7,6 +7,9 @@ _CUTOFF = "Readings are smoothed: what is faster than this goes. 0: as they are.
 
 USES = {"all": "FK and IK samples", "fk": "of any wearer", "ik": "of this subject"}
 
+MODELS = ("lmc-gpr", "spgp", "linear", "two-pose")
+"""The usual ones; `handclean.glove.models` knows pairs, too."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class GloveSampleConfig:
@@ -55,9 +58,11 @@ class GloveFitConfig:
     """Settings of ``calibrate-glove fit``."""
 
     model: Annotated[
-        str, "lmc-gpr, spgp, linear, two-pose, or a pair such as m0-seard+seard."
+        str,
+        "lmc-gpr, spgp, linear, two-pose, or a pair such as m0-seard+seard.",
+        MODELS,
     ] = "spgp"
-    use: Annotated[str, "Samples to learn from: all, fk or ik."] = "all"
+    use: Annotated[str, "Samples to learn from: all, fk or ik.", USES] = "all"
     pseudo_inputs: Annotated[int, "Pseudo-inputs of the sparse model (M)."] = 100
     starts: Annotated[int, "Starting points of the hyperparameters."] = 3
     evaluations: Annotated[int, "Evaluations of the evidence, at most."] = 130

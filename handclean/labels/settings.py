@@ -14,6 +14,7 @@ class LabelConfig:
         str,
         "Whether a raw column is one point's path: auto (where it moves like one), "
         "use, ignore.",
+        COLUMNS,
     ] = "auto"
     alpha: Annotated[
         float, "Weight of missing markers in the score of a first frame."

@@ -29,7 +29,7 @@ class LayoutConfig:
     full: Annotated[bool, "All joint angles instead of the posture subspace."] = False
     anchor: Annotated[bool, "A marker on the forearm tells where the hand is."] = True
     keyframes: Annotated[int, "Postures of the motion that count."] = 10
-    method: Annotated[str, f"How to search: {', '.join(METHODS)}."] = "anneal"
+    method: Annotated[str, f"How to search: {', '.join(METHODS)}.", METHODS] = "anneal"
     w1: Annotated[float, "Weight of the condition number."] = 0.1
     w2: Annotated[
         float, "Weight of the smallest distance, squared, in hand lengths."
@@ -39,7 +39,7 @@ class LayoutConfig:
     ] = 0.0
     normal: Annotated[float, "Least cosine between skin's normal and its back."] = 0.9
     back: Annotated[
-        str, "Whose back that is: bone (the thumb's own) or hand (the papers')."
+        str, "Whose back that is: bone (the thumb's own) or hand (the papers').", BACKS
     ] = "bone"
     without_bones: Annotated[
         tuple[str, ...], "Bones on which no marker should be placed."

@@ -23,7 +23,9 @@ class SimulateConfig:
     rate_hz: Annotated[float, "Frames per second."] = 200.0
     duration_s: Annotated[float, "Length of a take; 0: the scenario's own."] = 0.0
     marker_set: Annotated[str, "Shipped name or TOML file."] = "maycock26"
-    side: Annotated[str, "left or right; the marker set's own when empty."] = ""
+    side: Annotated[
+        str, "left or right; the marker set's own when empty.", ("left", "right")
+    ] = ""
     grasps: Annotated[tuple[str, ...], "Grasp classes to draw from; empty: all."] = ()
     cameras: Annotated[int, "Cameras around the table; two must see a marker."] = 14
     noise_m: Annotated[float, "Standard deviation per axis seen by six cameras."] = (
