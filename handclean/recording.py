@@ -36,7 +36,7 @@ class Trajectories:
     labels : M marker names.
     model : M names of the skeleton each belongs to, or "".
     origin : (T, M) uint8, see `Origin`.
-    sigma : (T, M) float32 [m], standard deviation of filled samples, or None.
+    sigma : (T, M) float32 [m], standard deviation per axis of filled samples; or None.
     confidence : (T, M) float32, 0..1, how sure the label is, or None.
     source : (T, M) int32, raw column or point of the source, -1 none; or None.
     residual : (T, M) float32 [m], as the source file had it; or None.
@@ -98,7 +98,7 @@ class Points:
 
     Attributes
     ----------
-    frame : (P,) int32, index into the take's frames, from 0.
+    frame : (P,) int32, row of the take's arrays, from 0; see `Numbering`.
     source : (P,) int32, raw column the point came from, -1 none.
     positions : (P, 3) [m].
     residual : (P,) float32 [m] or None.
@@ -174,9 +174,42 @@ def motion_from_poses(names: tuple[str, ...], poses: Floats, **parts: Any) -> Mo
     )
 
 
+@dataclass(frozen=True)
+class Numbering:
+    """How the source numbers the frames of a take: upwards from its first one's number.
+
+    In arrays and calls a frame is a row, counted from 0, and a range leaves its stop
+    out. Wherever a person reads or writes a frame (messages, figures, options, events
+    in a file) it is the source's number, and a range has both its ends. Nothing but
+    this turns the one into the other.
+    """
+
+    first: int
+
+    def of(self, row: int) -> int:
+        """Return the number of a row."""
+        return self.first + int(row)
+
+    def span(self, start: int, stop: int) -> tuple[int, int]:
+        """Return the first and the last number of rows ``start`` up to ``stop``."""
+        return self.first + int(start), self.first + int(stop) - 1
+
+    def rows(self, first: int, last: int) -> tuple[int, int]:
+        """Return ``start`` and ``stop`` of what `span` made the numbers of."""
+        return int(first) - self.first, int(last) - self.first + 1
+
+    def words(self, start: int, stop: int) -> str:
+        """Say which rows, as in "frame 995" and "frames 995 to 1020"."""
+        first, last = self.span(start, stop)
+        return f"frame {first}" if first == last else f"frames {first} to {last}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Event:
-    """Something that happened in frames ``start`` to ``stop`` (exclusive)."""
+    """Something that happened in rows ``start`` up to ``stop``, which is left out.
+
+    Rows count from 0; a session file has the source's numbers, see `Numbering`.
+    """
 
     start: int
     stop: int
@@ -236,6 +269,11 @@ class Recording:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     source_events: tuple[SourceEvent, ...] = ()
     provenance: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def numbering(self) -> Numbering:
+        """How the source numbers the frames."""
+        return Numbering(self.first_frame)
 
     @property
     def times(self) -> Floats:

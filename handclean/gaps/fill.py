@@ -49,7 +49,7 @@ class FillFigures:
     gaps : gaps of the subject's markers; filled : how many of them were filled.
     missing_samples, filled_samples : samples in all gaps, in the filled ones.
     longest_filled_s : [s]
-    sigma_m : [m] median sigma of filled samples, 0 if none has one.
+    sigma_m : [m] median sigma, per axis, of filled samples; 0 if none has one.
     bridged_frames : frames in which some joint or the root was interpolated.
     reasons : how many gaps were left open, by reason.
     """
@@ -72,7 +72,10 @@ class FillFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class _Filled:
-    """Gaps with what became of them, (T, M, 3) and (T, M) [m] samples and sigma."""
+    """Gaps with what became of them; (T, M, 3) [m] samples, (T, M) [m] their sigma.
+
+    Sigma is per axis, as in `handclean.recording.Trajectories`.
+    """
 
     gaps: list[Gap]
     places: Floats
@@ -93,8 +96,8 @@ def fill(
     The take is solved anew from its measured samples; samples filled earlier count as
     missing, so that filling twice is filling once. Measured samples come back bit for
     bit. What a tracker rejected (origin 3) and a fill replaces goes to the unlabelled
-    points. Samples filled by the default method have a sigma: the root mean square
-    distance to be expected from the truth. The bridged motion comes with the take, and
+    points. Samples filled by the default method have a sigma: how far from the truth
+    to expect them, per axis. The bridged motion comes with the take, and
     ``angles_sigma``: what markers, paths and prior leave open and the constant error of
     each joint's zero (see `ik.doubt`); none where nothing tells of a joint.
 
@@ -195,8 +198,8 @@ def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
             except Refused as no:
                 why = str(no)
             if not why and FILLERS[method] is follow.follow:
-                variance = scene.posture.marker_variance[rows, gap.column]
-                variance = variance + 3.0 * scene.posture.leftovers.at(gap.frames)
+                distance = scene.posture.marker_variance[rows, gap.column]
+                variance = distance / 3.0 + scene.posture.leftovers.at(gap.frames)
                 sigma[rows, gap.column] = np.sqrt(variance)
         judged.append(replace(gap, refused=why))
     return _Filled(gaps=judged, places=places, sigma=sigma)

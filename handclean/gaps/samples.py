@@ -26,7 +26,7 @@ def with_samples(
     ----------
     columns : the take's column of each column of ``places``.
     places : (T, M, 3) [m], NaN where nothing was filled.
-    sigma : (T, M) [m] of the filled samples, NaN where it is not known.
+    sigma : (T, M) [m] of the filled samples per axis, NaN where it is not known.
     """
     markers = recording.markers
     assert markers is not None

@@ -133,7 +133,7 @@ def words(
         found = suspects(subject, positions, residual, prior)
     if found is None:
         return ""
-    first, last = int(found.frames[0]), int(found.frames[-1])
+    first, last = recording.numbering.span(found.frames[0], found.frames[-1] + 1)
     text = (
         f"residual {1e3 * found.residual_m:.2g} mm, usually {1e3 * found.usual_m:.2g}, "
         f"in {len(found.frames)} frames from {first} to {last}"

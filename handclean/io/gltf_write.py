@@ -15,8 +15,10 @@ The motion
     of the root, a key for every frame from time 0, to be interpolated linearly. A
     frame without a motion holds the last known pose, as in BVH. Quaternions do not
     change their sign from frame to frame. Frames that are not trusted move like the
-    others; the animation's ``extras`` list them, ``{"not_trusted": {"right": [[500,
-    900]]}}``: by motion, from the first key, counted from 0, to before the last.
+    others; the animation's ``extras`` list them, ``{"first_frame": 1, "not_trusted":
+    {"right": [[501, 900]]}}``: by motion, first and last frame of each run as the take
+    numbers them, and the number of the frame at time 0. (Files without that number are
+    older; they count keys from 0 and leave the last one out.)
 """
 
 from collections.abc import Mapping
@@ -63,7 +65,7 @@ class SkinnedHand:
     surface : its skin in the zero posture, or None.
     poses : (T, 7 + D), finite, in the order of the tree's hinges; one row for a hand
         that does not move.
-    doubt : first key, and the one behind the last, of each run that is not trusted.
+    doubt : number of the first and of the last frame of each run that is not trusted.
     """
 
     name: str
@@ -114,8 +116,8 @@ def write_glb(
             notes.append(
                 f"{missing} frames without a pose of '{name}' hold the last one"
             )
-        doubt = () if motion.trusted is None else runs(~motion.trusted)
-        if count := sum(stop - start for start, stop in doubt):
+        doubtful = () if motion.trusted is None else runs(~motion.trusted)
+        if count := sum(stop - start for start, stop in doubtful):
             notes.append(
                 f"{count} of {len(held)} frames of '{name}' are not trusted; they move "
                 "like the others, the animation's extras list them"
@@ -126,14 +128,19 @@ def write_glb(
         if surface is None:
             notes.append(f"'{name}' has no surface: its bones alone are written")
         head = f"{name}_" if len(motions) > 1 else ""
+        doubt = tuple(recording.numbering.span(*rows) for rows in doubtful)
         hands.append(
-            SkinnedHand(
-                name=head, tree=tree, surface=surface, poses=held, doubt=tuple(doubt)
-            )
+            SkinnedHand(name=head, tree=tree, surface=surface, poses=held, doubt=doubt)
         )
     if recording.up_axis not in _TO_Y:
         notes.append("the take does not say which way is up: z is taken")
-    write_hands(path, hands, rate=recording.rate, up_axis=recording.up_axis)
+    write_hands(
+        path,
+        hands,
+        rate=recording.rate,
+        up_axis=recording.up_axis,
+        first_frame=recording.first_frame,
+    )
     return tuple(notes)
 
 
@@ -153,7 +160,12 @@ def write_hand(path: Path, tree: JointTree, surface: Surface | None) -> None:
 
 
 def write_hands(
-    path: Path, hands: list[SkinnedHand], *, rate: float | None, up_axis: str
+    path: Path,
+    hands: list[SkinnedHand],
+    *,
+    rate: float | None,
+    up_axis: str,
+    first_frame: int = 1,
 ) -> None:
     """Write hands into one file.
 
@@ -161,6 +173,7 @@ def write_hands(
     ----------
     rate : [Hz] of their poses, None for hands that do not move.
     up_axis : of their laboratory; z if it is not known.
+    first_frame : number of the first of their poses.
 
     Raises
     ------
@@ -207,7 +220,7 @@ def write_hands(
             "samplers": tracks.samplers,
         }
         if doubt := {_motion_name(hand): hand.doubt for hand in hands if hand.doubt}:
-            animation["extras"] = {"not_trusted": doubt}
+            animation["extras"] = {"first_frame": first_frame, "not_trusted": doubt}
         tree["animations"] = [animation]
     write_file(path, {key: value for key, value in tree.items() if value != []}, block)
 

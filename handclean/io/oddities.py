@@ -51,7 +51,7 @@ def odd(take: Recording) -> list[str]:
     least = max(FROZEN_FRAMES, int(np.ceil(FROZEN_S * take.rate)))
     if blind := [(start, stop) for start, stop in runs(empty) if stop - start >= least]:
         frames = sum(stop - start for start, stop in blind)
-        first = take.first_frame + blind[0][0]
+        first = take.numbering.of(blind[0][0])
         told.append(f"not a point is there in {frames} frames, from frame {first} on")
     if take.markers is not None:
         told += _frozen(take.markers, least)

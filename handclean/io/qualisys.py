@@ -29,7 +29,7 @@ from handclean.io.reading import (
     text,
     zeros_are_missing,
 )
-from handclean.recording import Event, Origin, Recording
+from handclean.recording import Event, Numbering, Origin, Recording
 
 _MADE = {"gap-filled", "virtual"}
 
@@ -86,11 +86,7 @@ def read_tsv(
         start_time=start,
         markers=markers,
         unlabelled=points,
-        events=tuple(
-            Event(start=frame - first, stop=frame - first + 1, text=name)
-            for name, frame in events
-            if 0 <= frame - first < len(values)
-        ),
+        events=_events(events, Numbering(first), len(values)),
     )
     return Reading(recording=recording, unit=length, traps=tuple(traps))
 
@@ -115,6 +111,18 @@ def _header(
             right = "a Qualisys TSV file of trajectories has one"
             raise FileError(path, f"its header has no {key}", right)
     return keys, events
+
+
+def _events(
+    found: list[tuple[str, int]], numbering: Numbering, frames: int
+) -> tuple[Event, ...]:
+    """Events within the take, of one frame each."""
+    spans = [(numbering.rows(number, number), name) for name, number in found]
+    return tuple(
+        Event(start=start, stop=stop, text=name)
+        for (start, stop), name in spans
+        if 0 <= start < frames
+    )
 
 
 def _one(keys: dict[str, list[str]], key: str) -> str:

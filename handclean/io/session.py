@@ -2,6 +2,10 @@
 
 Part for part what `handclean.recording` holds; see interface.md for the table. The
 arrays of a motion or of markers that a take does not have are not in the file either.
+
+Version 2 has events by the source's frame numbers, both ends included, and ``sigma`` of
+filled samples per axis. Version 1 had rows from 0, the stop left out, and the root mean
+square distance, sqrt(3) times as much; it is read for what it meant.
 """
 
 from collections.abc import Mapping
@@ -18,6 +22,7 @@ from handclean.recording import (
     Analog,
     Event,
     Motion,
+    Numbering,
     Origin,
     Points,
     Recording,
@@ -26,7 +31,9 @@ from handclean.recording import (
 )
 
 FORMAT = "handclean session"
-VERSION = 1
+VERSION = 2
+_ROWS_AND_DISTANCES = 1
+"""The last version that had events in rows and ``sigma`` as a distance."""
 
 _MARKER_ARRAYS = {
     "sigma": ("m", np.float32),
@@ -72,7 +79,7 @@ def _session_part(recording: Recording) -> Part:
         motions = {name: _motion_part(m) for name, m in recording.motions.items()}
         items["motion"] = Part(items=motions)
     if recording.events:
-        items["events"] = _events_part(recording.events)
+        items["events"] = _events_part(recording.events, recording.numbering)
     if recording.analog is not None:
         items["analog"] = _analog_part(recording.analog)
     if recording.parameters:
@@ -129,11 +136,13 @@ def _motion_part(motion: Motion) -> Part:
     return Part(items=items)
 
 
-def _events_part(events: tuple[Event, ...]) -> Part:
+def _events_part(events: tuple[Event, ...], numbering: Numbering) -> Part:
+    spans = [numbering.span(e.start, e.stop) for e in events]
+    starts, stops = np.array(spans, dtype=np.int64).T
     return Part(
         items={
-            "start": Array(np.array([e.start for e in events], dtype=np.int64)),
-            "stop": Array(np.array([e.stop for e in events], dtype=np.int64)),
+            "start": Array(starts),
+            "stop": Array(stops),
             "text": [e.text for e in events],
         }
     )
@@ -167,6 +176,7 @@ def read_session(path: Path) -> Recording:
         If it is not a session file, is damaged, or its parts do not fit together.
     """
     root = read_h5(path, FORMAT, version=VERSION)
+    old = root.number("version") <= _ROWS_AND_DISTANCES
     rate, frames = root.number("rate"), root.number("frames")
     first, up_axis = root.number("first_frame", 1), root.text("up_axis", "")
     start = root.number("start_time", 0.0)
@@ -187,7 +197,7 @@ def read_session(path: Path) -> Recording:
             first_frame=first,
             start_time=float(start),
             up_axis=up_axis,
-            markers=_markers(root.part("markers"), frames),
+            markers=_markers(root.part("markers"), frames, distances=old),
             unlabelled=_points(root.part("unlabelled"), frames),
             skeletons={
                 name: tree_from(part) for name, part in root.part("skeleton").parts()
@@ -196,7 +206,9 @@ def read_session(path: Path) -> Recording:
                 name: _motion(part, frames)
                 for name, part in root.part("motion").parts()
             },
-            events=_events(root.part("events")),
+            events=_events(
+                root.part("events"), frames, None if old else Numbering(first)
+            ),
             analog=_analog(root.part("analog"), frames),
             parameters=_parameters(root),
             source_events=_source_events(root.part("source_events")),
@@ -212,7 +224,8 @@ def _optional(part: Part, name: str, units: str, dtype: Any, *shape: int | None)
     return part.array(name, units, dtype, *shape) if part.has(name) else None
 
 
-def _markers(part: Part, frames: int) -> Trajectories | None:
+def _markers(part: Part, frames: int, *, distances: bool) -> Trajectories | None:
+    """Read markers; ``distances``: their sigma is one, of three axes together."""
     if not part.items:
         return None
     labels = part.texts("labels")
@@ -225,15 +238,18 @@ def _markers(part: Part, frames: int) -> Trajectories | None:
     if origin.size and origin.max() > max(Origin):
         raise part.fail(f"origin holds {origin.max()}", "0 to 4 are known")
     blank = ("",) * len(labels)
+    arrays = {
+        name: _optional(part, name, units, dtype, *shape)
+        for name, (units, dtype) in _MARKER_ARRAYS.items()
+    }
+    if distances and arrays["sigma"] is not None:
+        arrays["sigma"] = (arrays["sigma"] / np.sqrt(3.0)).astype(np.float32)
     return Trajectories(
         positions=positions,
         labels=labels,
         model=part.texts("model", len(labels)) if part.has("model") else blank,
         origin=origin,
-        **{
-            name: _optional(part, name, units, dtype, *shape)
-            for name, (units, dtype) in _MARKER_ARRAYS.items()
-        },
+        **arrays,
     )
 
 
@@ -270,14 +286,21 @@ def _motion(part: Part, frames: int) -> Motion:
     )
 
 
-def _events(part: Part) -> tuple[Event, ...]:
+def _events(part: Part, frames: int, numbering: Numbering | None) -> tuple[Event, ...]:
+    """Read events; they are in rows already where there is no ``numbering``."""
     if not part.items:
         return ()
     texts = part.texts("text")
     starts = part.array("start", "", np.int64, len(texts)).tolist()
     stops = part.array("stop", "", np.int64, len(texts)).tolist()
-    rows = zip(starts, stops, texts, strict=True)
-    return tuple(Event(start=a, stop=b, text=text) for a, b, text in rows)
+    spans = list(zip(starts, stops, strict=True))
+    if numbering is not None:
+        spans = [numbering.rows(*span) for span in spans]
+    if not all(0 <= start <= stop <= frames for start, stop in spans):
+        there = (numbering or Numbering(0)).words(0, frames)
+        raise part.fail("an event is outside the take", f"it has {there}")
+    rows = zip(spans, texts, strict=True)
+    return tuple(Event(start=a, stop=b, text=text) for (a, b), text in rows)
 
 
 def _analog(part: Part, frames: int) -> Analog | None:

@@ -12,6 +12,7 @@ from handclean.io.gltf_read import Glb, floats, nodes_of, read_glb
 from handclean.io.joint_map import SHIPPED
 from handclean.io.meshes import looks_inwards, read_mesh
 from handclean.io.skinned_map import SkinnedMap, load_skinned_map
+from handclean.recording import Numbering
 
 
 def read_hand(path: Path, joint_map: str = "") -> ImportedHand:
@@ -123,20 +124,37 @@ def _motion(glb: Glb) -> dict[str, Any]:
         return {}
     rate = float(f"{(keys - 1) / seconds:.6g}") if seconds > 0.0 else None
     about: dict[str, Any] = {"frames": keys, "rate": rate, "duration_s": seconds}
-    if doubt := _not_trusted(glb):
-        about["not_trusted"] = doubt
-    return about
+    return about | _extras(glb)
 
 
-def _not_trusted(glb: Glb) -> dict[str, Any]:
-    """Frames that are not trusted, as a file of ours lists them."""
-    found: dict[str, Any] = {}
+def _extras(glb: Glb) -> dict[str, Any]:
+    """Frames that are not trusted, first and last number of each run, in files of ours.
+
+    And the first frame's number; older files have none and count from 0, without the
+    last, which becomes the numbers from 1.
+    """
+    about: dict[str, Any] = {}
     for animation in glb.rows("animations"):
         extras = animation.get("extras")
         listed = extras.get("not_trusted") if isinstance(extras, dict) else None
-        if isinstance(listed, dict):
-            found |= listed
-    return found
+        if not isinstance(extras, dict) or not isinstance(listed, dict):
+            continue
+        first = extras.get("first_frame")
+        if isinstance(first, int):
+            about["first_frame"] = first
+        else:
+            listed = {name: _numbered(runs) for name, runs in listed.items()}
+        about["not_trusted"] = about.get("not_trusted", {}) | listed
+    return about
+
+
+def _numbered(runs: Any) -> Any:
+    """Runs of an older file by number; whatever else it is stays."""
+    numbering = Numbering(1)
+    try:
+        return [list(numbering.span(start, stop)) for start, stop in runs]
+    except (TypeError, ValueError, OverflowError):
+        return runs
 
 
 def inspect_mesh(path: Path, *, unit: str | None = None) -> dict[str, Any]:

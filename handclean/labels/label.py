@@ -37,7 +37,7 @@ class LabelFigures:
     Attributes
     ----------
     frames : T; followed : how many of them the model was followed in.
-    start_frame : where it was found first, -1 nowhere.
+    start_frame : the source's number of the frame in which it was found first.
     start_score : equation 2 there.
     labelled, unlabelled : numbers of points.
     refused : points refused by the distance threshold.
@@ -168,7 +168,7 @@ def _result(
     figures = LabelFigures(
         frames=frames,
         followed=int(trace.known.sum()),
-        start_frame=found.frame,
+        start_frame=recording.numbering.of(found.frame),
         start_score=found.score,
         labelled=len(rows),
         unlabelled=int(free.sum()),

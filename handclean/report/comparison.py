@@ -96,8 +96,8 @@ class MarkerErrors:
     ----------
     measured, filled : of samples the test measured, filled.
     by_marker : the same by label: measured, filled.
-    within_one, within_two : share of filled samples within one, two sigma; NaN where no
-        sigma is known.
+    within_one, within_two : share of filled samples within one, two sigma, axis by
+        axis; NaN where no sigma is known.
     """
 
     measured: Spread
@@ -249,7 +249,7 @@ def _marker_text(errors: MarkerErrors) -> str:
         lines.append(f"{name:<{width}}  {_cells(measured)}  {_cells(filled)}")
     if errors.within_one == errors.within_one:
         lines.append(
-            f"filled samples within one sigma {errors.within_one:.1%}, "
+            f"filled samples, per axis, within one sigma {errors.within_one:.1%}, "
             f"within two {errors.within_two:.1%}"
         )
     return "\n".join(lines)

@@ -101,7 +101,7 @@ def words_on_markers(
         odd = np.flatnonzero(fit.doubtful[:, m])
         if len(odd):
             take, frame = looked_at.take[odd[0]], looked_at.frame[odd[0]]
-            where = f"frame {frame + 1}" + (
+            where = every.numberings[take].words(frame, frame + 1) + (
                 f" of take {take + 1}" if len(every.rates) > 1 else ""
             )
             words.append(

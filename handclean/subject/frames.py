@@ -17,7 +17,7 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import HandcleanError, UnknownNameError
-from handclean.recording import Recording
+from handclean.recording import Numbering, Recording
 
 LEAST_FRAMES = 10
 """Fewer frames with enough markers are no range-of-motion take."""
@@ -36,8 +36,8 @@ class Frames:
     ----------
     targets : (T, M, 3) [m], 0 where nothing was measured.
     seen : (T, M) what was measured.
-    take : (T,) which take a frame is from; frame : (T,) its number there, from 0.
-    rates : [Hz] of each take.
+    take : (T,) which take a frame is from; frame : (T,) its row there, from 0.
+    rates : [Hz] of each take; numberings : how its source numbers its frames.
     """
 
     targets: Floats
@@ -45,6 +45,7 @@ class Frames:
     take: Ints
     frame: Ints
     rates: tuple[float, ...]
+    numberings: tuple[Numbering, ...]
 
     def __len__(self) -> int:
         return len(self.take)
@@ -57,6 +58,7 @@ class Frames:
             take=self.take[rows],
             frame=self.frame[rows],
             rates=self.rates,
+            numberings=self.numberings,
         )
 
 
@@ -95,6 +97,7 @@ def gather(takes: Sequence[Recording], labels: Sequence[str]) -> Frames:
         take=np.concatenate(take),
         frame=np.concatenate(frame),
         rates=tuple(recording.rate for recording in takes),
+        numberings=tuple(recording.numbering for recording in takes),
     )
 
 

@@ -6,7 +6,8 @@ named by HANDCLEAN_DATA; default: those kept beside the project): the hand is ca
 from the same take, then the gaps are cut. "simulated": grasps of the simulation with
 known truth and the subject as it is, noise 0.2 mm; "simulated, its own gaps" are the
 occlusions and dropouts of the simulated cameras. "open" is the share of samples a
-method refuses. "within 1, 2 sigma": share of filled samples whose sigma tells.
+method refuses. "within 1, 2 sigma": of filled samples whose sigma, which is per axis,
+tells: the share of errors per axis (0.68, 0.95 of normal ones).
 """
 
 import json
@@ -93,10 +94,10 @@ def scored(jobs, method, longest_s):
     for take, subject, truth, hidden in jobs:
         found = fill(take, subject, prior=prior, settings=settings)[0].markers
         where = truth_of(truth, found.labels)
-        away = np.linalg.norm(found.positions - where, axis=2)
         filled = hidden & (found.origin == Origin.FILLED)
-        errors.append(away[filled])
-        shares.append((away / found.sigma)[filled])
+        away = (found.positions - where)[filled]
+        errors.append(np.linalg.norm(away, axis=1))
+        shares.append((np.abs(away) / found.sigma[filled][:, None]).ravel())
         hidden_samples += int(np.count_nonzero(hidden))
     errors, shares = 1e3 * np.concatenate(errors), np.concatenate(shares)
     row = {"method": method, "samples": hidden_samples}

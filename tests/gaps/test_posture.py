@@ -250,9 +250,9 @@ def test_most_of_the_truth_lies_within_two_sigma(scenes, rng):
     ]
     markers = fill(scenes.without(noisy, *gaps), scenes.subject)[0].markers
     new = markers.origin == Origin.FILLED
-    away = np.linalg.norm(markers.positions - true.markers.positions, axis=2)[new]
-    share = away / markers.sigma[new]
-    assert 0.55 < np.mean(share <= 1.0) < 0.95
+    away = np.abs(markers.positions - true.markers.positions)[new]
+    share = away / markers.sigma[new][:, None]  # sigma is per axis
+    assert 0.55 < np.mean(share <= 1.0) < 0.9
     assert np.mean(share <= 2.0) > 0.9
 
 

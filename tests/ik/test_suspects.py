@@ -55,7 +55,10 @@ def test_a_marker_that_is_elsewhere_is_named_with_its_frames(hand):
     assert set(result.frames) <= set(range(30, 50))
     assert len(result.frames) > 15
     assert result.residual_m > 4.0 * result.usual_m
-    said = words(solved(subject, places), subject, "right", places)
+    take = replace(solved(subject, places), first_frame=995)
+    said = words(take, subject, "right", places)
+    first, last = 995 + result.frames[[0, -1]]
+    assert f"in {len(result.frames)} frames from {first} to {last}, " in said
     assert "without R_INDEX_TIP" in said
     assert "\n" not in said
 

@@ -13,6 +13,7 @@ from handclean.hand.skinning import posed
 from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
+from handclean.io import files
 from handclean.io.gltf_write import bone_quaternions, write_glb, write_hand
 from handclean.recording import Motion, Recording, motion_from_poses
 
@@ -239,3 +240,31 @@ def test_a_hand_at_rest_is_palm_down_with_its_tips(tmp_path, rng):
     names = [node.name for node in scene.gltf.nodes]
     assert {f"{finger}_tip" for finger in ("thumb", "little")} < set(names)
     assert set(tree.joints) < set(names)
+
+
+def test_frames_that_are_not_trusted_are_listed_by_their_numbers(rng, tmp_path):
+    recording, surfaces, _ = take(rng, sides=("right",))
+    trusted = np.ones(FRAMES, dtype=bool)
+    trusted[[3, 4, 5, 20]] = False
+    motion = replace(recording.motions["right"], trusted=trusted)
+    recording = replace(recording, first_frame=995, motions={"right": motion})
+    path = tmp_path / "hand.glb"
+    write_glb(path, recording, surfaces=surfaces)
+    (animation,) = Scene(path).gltf.animations
+    listed = {"right": [[998, 1000], [1015, 1015]]}
+    assert animation.extras == {"first_frame": 995, "not_trusted": listed}
+    about = files.inspect(path)
+    assert (about["first_frame"], about["not_trusted"]) == (995, listed)
+
+
+def test_an_older_list_of_frames_is_told_by_number(rng, tmp_path):
+    recording, surfaces, _ = take(rng, sides=("right",))
+    motion = replace(recording.motions["right"], trusted=np.arange(FRAMES) >= 3)
+    path = tmp_path / "hand.glb"
+    write_glb(path, replace(recording, motions={"right": motion}), surfaces=surfaces)
+    new = b'{"first_frame":1,"not_trusted":{"right":[[1,3]]}}'
+    old = b'{"not_trusted":{"right":[[0,3]]}}'  # keys from 0, the last left out
+    content = path.read_bytes()
+    assert new in content
+    path.write_bytes(content.replace(new, old.ljust(len(new))))
+    assert files.inspect(path)["not_trusted"] == {"right": [[1, 3]]}

@@ -1,6 +1,7 @@
 """The session file: what goes in comes out, the same bytes, and nothing but errors."""
 
 import contextlib
+import dataclasses
 import subprocess
 import sys
 import time
@@ -174,7 +175,7 @@ def test_every_dataset_carries_units_and_follows_the_interface(rng, tmp_path):
     found = {}
     with h5py.File(tmp_path / "take.h5") as file:
         assert file.attrs["format"] == "handclean session"
-        assert file.attrs["version"] == 1
+        assert file.attrs["version"] == 2
         assert file.attrs["rate"] == 120.0
         file.visititems(
             lambda name, item: (
@@ -194,6 +195,44 @@ def test_every_dataset_carries_units_and_follows_the_interface(rng, tmp_path):
     assert found["skeleton/right/offsets"] == "m"
     assert found["skeleton/right/limits"] == "rad"
     assert found["source_events/time"] == "s"
+
+
+def test_events_have_the_numbers_of_the_source_both_ends_included(rng, tmp_path):
+    spans = ((0, 40), (5, 6), (7, 7))
+    take = dataclasses.replace(
+        a_take(rng),
+        first_frame=995,
+        events=tuple(Event(start=a, stop=b, text="gap") for a, b in spans),
+    )
+    write_session(tmp_path / "take.h5", take)
+    with h5py.File(tmp_path / "take.h5") as file:
+        assert file["events/start"][:].tolist() == [995, 1000, 1002]
+        assert file["events/stop"][:].tolist() == [1034, 1000, 1001]  # the last: none
+        assert file["unlabelled/frame"][:].tolist() == [0, 0, 7]  # rows of arrays
+    assert read_session(tmp_path / "take.h5").events == take.events
+
+
+def test_a_session_of_version_1_is_read_for_what_it_meant(rng, tmp_path):
+    take = dataclasses.replace(a_take(rng), first_frame=995)
+    write_session(tmp_path / "old.h5", take)
+    distance = (np.sqrt(3.0) * take.markers.sigma).astype(np.float32)
+    with h5py.File(tmp_path / "old.h5", "r+") as file:
+        file.attrs["version"] = 1
+        file["events/start"][:] = [0, 2]  # rows, the stop left out
+        file["events/stop"][:] = [4, 2]
+        file["markers/sigma"][:] = distance
+        del file["sha256"]
+    back = read_session(tmp_path / "old.h5")
+    assert back.events == take.events
+    assert back.markers.sigma.dtype == np.float32
+    np.testing.assert_allclose(back.markers.sigma, take.markers.sigma, rtol=1e-6)
+    write_session(tmp_path / "new.h5", back)
+    with h5py.File(tmp_path / "new.h5") as file:
+        assert file.attrs["version"] == 2
+        assert file["events/start"][:].tolist() == [995, 997]
+    np.testing.assert_array_equal(
+        read_session(tmp_path / "new.h5").markers.sigma, back.markers.sigma
+    )
 
 
 def texts_of(file):
@@ -328,13 +367,20 @@ def test_a_joint_tree_is_a_part_of_other_files(tmp_path):
             "is a handclean subject",
         ),
         (lambda f: f.attrs.pop("format"), "does not say what it is"),
-        (lambda f: f.attrs.update(version=2), "version 2"),
+        (lambda f: f.attrs.update(version=3), "version 3"),
         (lambda f: f.attrs.update(version=0), "without a version"),
         (lambda f: f.attrs.update(rate=float("nan")), "rate is nan"),
         (lambda f: f.attrs.update(rate=0.0), "rate is 0"),
         (lambda f: f.attrs.update(frames=0), "no frames"),
         (lambda f: f.attrs.update(frames=41), "shape"),
         (lambda f: f.attrs.update(up_axis="up"), "up axis"),
+        (lambda f: f["events/start"].write_direct(np.array([-4, 1])), "outside"),
+        (lambda f: f["events/stop"].write_direct(np.array([37, 1])), "frames -3 to 36"),
+        (
+            lambda f: f["events/stop"].write_direct(np.array([2**63 - 1, 0])),
+            "outside",
+        ),
+        (lambda f: f["events/start"].write_direct(np.array([0, 9])), "outside"),
         (lambda f: f["markers/positions"].attrs.update(units="mm"), "'mm'"),
         (lambda f: f.__delitem__("markers/positions"), "no array 'positions'"),
         (lambda f: f.__delitem__("markers/labels"), "no texts 'labels'"),

@@ -110,7 +110,7 @@ def test_filled_samples_are_no_labels_and_are_counted_apart():
     origin = other.markers.origin.copy()
     origin[3:5, 2] = Origin.FILLED
     sigma = np.full(origin.shape, np.nan, dtype=np.float32)
-    sigma[3, 2], sigma[4, 2] = 0.006, 0.003
+    sigma[3, 2], sigma[4, 2] = 0.0035, 0.002
     markers = replace(other.markers, positions=positions, origin=origin, sigma=sigma)
     found = compare(take(), replace(other, markers=markers))
     assert found.labels.labelled == 28
@@ -118,8 +118,9 @@ def test_filled_samples_are_no_labels_and_are_counted_apart():
     assert found.markers.filled.count == 2
     assert found.markers.filled.mean == pytest.approx(0.005)
     assert found.markers.measured.most == 0.0
-    assert found.markers.within_one == 0.5
+    assert found.markers.within_one == 3 / 6  # per axis: 3, 0 and 4 mm
     assert found.markers.within_two == 1.0
+    assert "per axis, within one sigma 50.0%" in in_text(found)
 
 
 def test_what_the_reference_filled_is_no_truth():

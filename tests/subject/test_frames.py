@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from people import as_take
 
 from handclean.errors import HandcleanError, UnknownNameError
-from handclean.recording import Recording
+from handclean.recording import Numbering, Recording
 from handclean.subject.frames import (
     LEAST_FRAMES,
     Frames,
@@ -92,6 +92,7 @@ def test_about_the_share_is_kept_aside_in_blocks(counts, share):
         take=np.repeat(np.arange(len(counts)), counts),
         frame=np.concatenate([np.arange(n) for n in counts]),
         rates=(50.0,) * len(counts),
+        numberings=(Numbering(1),) * len(counts),
     )
     aside = kept_aside(frames, share, 0.5)
     edges = 1 + int(np.sum(aside[1:] != aside[:-1]))

@@ -22,7 +22,7 @@ FIGURES = {
     "missing_samples": "samples in all gaps",
     "filled_samples": "samples in the filled ones",
     "longest_filled_s": "length of the longest filled gap",
-    "sigma_mm": "median standard deviation of filled samples, of the worse hand",
+    "sigma_mm": "median sigma of filled samples, per axis, of the worse hand",
     "bridged_frames": "frames in which a joint was interpolated",
     "reasons": "how many gaps were left open, by reason",
 }

@@ -16,7 +16,7 @@ from handclean.recording import Recording
 FIGURES = {
     "frames": "frames of the take",
     "followed": "frames in which the hand was followed",
-    "start_frame": "frame in which it was found first, from 0",
+    "start_frame": "number of the frame in which it was found first",
     "start_score": "how well it fitted there",
     "labelled": "points that got a name",
     "unlabelled": "points that got none",
