@@ -17,6 +17,11 @@ from handclean.pipeline.choices import Converting
     shell_complete=completion.joint_maps,
     help="Whose joints a skinned hand (.glb) has.  [default: the shipped that fits]",
 )
+@click.option(
+    "--unnamed",
+    is_flag=True,
+    help="Into a TRC, write points without a name, too.",
+)
 @options.batch(
     options.SOURCES,
     options.OUTPUT,
@@ -24,7 +29,7 @@ from handclean.pipeline.choices import Converting
     options.MANY,
     options.TELLING,
 )
-def command(batch: Batch, joint_map: str | None) -> int:
+def command(batch: Batch, joint_map: str | None, unnamed: bool) -> int:
     """Convert takes from any format into any other.
 
     A take with joint angles becomes an animation of the hand's skin (.glb), its own if
@@ -37,7 +42,9 @@ def command(batch: Batch, joint_map: str | None) -> int:
         handclean convert take_07.angles.h5 -o take_07.glb --subject S01.h5
         handclean convert hand.glb -o hand.subject.h5 --joint-map webxr
     """
-    chosen = Converting(joint_map=joint_map) if joint_map else None
+    chosen = None
+    if joint_map or unnamed:
+        chosen = Converting(joint_map=joint_map or "", unnamed=unnamed)
     if joint_map and joint_map.endswith(".toml"):
         batch = options.with_files(batch, joint_map=Path(joint_map))
     suffixes = (*plan.RECORDINGS, *plan.MESHES)

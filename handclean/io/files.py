@@ -31,7 +31,8 @@ from handclean.io.shapes import inspect_glb, inspect_mesh
 from handclean.io.subject import FORMAT as SUBJECT
 from handclean.io.subject import inspect_subject
 from handclean.io.tables import read_csv, write_csv
-from handclean.io.trc import read_trc, write_trc
+from handclean.io.trc import read_trc
+from handclean.io.trc_write import write_trc
 from handclean.recording import Event, Motion, Recording, Trajectories
 
 Reader = Callable[[Path, float | None, str | None, bool], Reading]
@@ -134,6 +135,7 @@ def write(
     *,
     suffix: str = "",
     surfaces: Mapping[str, Surface] | None = None,
+    unnamed: bool = False,
 ) -> tuple[str, ...]:
     """Write a take to exactly this path.
 
@@ -143,6 +145,7 @@ def write(
         (``.glb``); the template's for the others.
     suffix : the format, such as ``.c3d``; default: the path's. A caller that writes to
         a temporary name and renames it says the format here.
+    unnamed : write points without a name into a TRC, too.
 
     Returns
     -------
@@ -157,9 +160,11 @@ def write(
     wanted = check_suffix(path, suffix)
     if wanted == ".glb":
         notes = write_glb(path, recording, surfaces=surfaces)
+    elif wanted == ".trc":
+        notes = write_trc(path, recording, unnamed=unnamed)
     else:
         notes = WRITERS[wanted](path, recording) or ()
-    return (*lost(recording, wanted), *notes)
+    return (*lost(recording, wanted, unnamed=unnamed), *notes)
 
 
 def check_suffix(path: Path | str, suffix: str = "") -> str:

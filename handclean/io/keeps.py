@@ -37,6 +37,10 @@ def _points(take: Recording) -> bool:
     return take.unlabelled is not None and bool(len(take.unlabelled.frame))
 
 
+def _how_many_points(take: Recording) -> str:
+    return "" if take.unlabelled is None else str(len(take.unlabelled.frame))
+
+
 def _marks(take: Recording) -> bool:
     if take.markers is None:
         return False
@@ -89,7 +93,7 @@ def _events(take: Recording) -> bool:
 PARTS = MappingProxyType(
     {
         "markers": Part("markers", _markers),
-        "points": Part("points without a name", _points),
+        "points": Part("points without a name", _points, _how_many_points),
         "marks": Part("marks of filled samples", _marks),
         "confidence": Part("confidence and sigma", _confidence),
         "residuals": Part("residuals and cameras", _residuals),
@@ -114,7 +118,7 @@ KEEPS = MappingProxyType(
         ".h5": frozenset(PARTS),
         ".c3d": frozenset(PARTS)
         - {"confidence", "roots", "skeletons", "events", "start_time"},
-        ".trc": frozenset({"markers", "points", "first_frame", "start_time"}),
+        ".trc": frozenset({"markers", "first_frame", "start_time"}),
         ".csv": frozenset(
             {
                 *{"markers", "points", "marks", "angles", "roots", "trust"},
@@ -128,9 +132,22 @@ KEEPS = MappingProxyType(
 )
 
 
-def lost(recording: Recording, suffix: str) -> tuple[str, ...]:
+def parts(suffix: str, *, unnamed: bool = False) -> frozenset[str]:
+    """Return which parts a format keeps.
+
+    Parameters
+    ----------
+    unnamed : write points without a name into a TRC, too.
+    """
+    more = {"points"} if unnamed and suffix == ".trc" else set()
+    return KEEPS.get(suffix, frozenset(PARTS)) | more
+
+
+def lost(
+    recording: Recording, suffix: str, *, unnamed: bool = False
+) -> tuple[str, ...]:
     """Say in one line what of a take a format cannot keep; nothing if it keeps all."""
-    kept = KEEPS.get(suffix, frozenset(PARTS))
+    kept = parts(suffix, unnamed=unnamed)
     gone = [
         f"{part.name} ({much})" if (much := part.much(recording)) else part.name
         for key, part in PARTS.items()
@@ -142,18 +159,18 @@ def lost(recording: Recording, suffix: str) -> tuple[str, ...]:
     return (f"{name} keeps no {', '.join(gone)}; .h5 keeps everything",)
 
 
-def kept(recording: Recording, suffix: str) -> Recording:
+def kept(recording: Recording, suffix: str, *, unnamed: bool = False) -> Recording:
     """Return a take without the markers, points and motions a format cannot keep."""
-    parts = KEEPS.get(suffix, frozenset(PARTS))
+    stay = parts(suffix, unnamed=unnamed)
     motions = {
         name: motion
         for name, motion in recording.motions.items()
-        if ("angles" in parts and motion.names) or "roots" in parts
+        if ("angles" in stay and motion.names) or "roots" in stay
     }
     return replace(
         recording,
-        markers=recording.markers if "markers" in parts else None,
-        unlabelled=recording.unlabelled if "points" in parts else None,
+        markers=recording.markers if "markers" in stay else None,
+        unlabelled=recording.unlabelled if "points" in stay else None,
         motions=motions,
     )
 

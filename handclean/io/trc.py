@@ -2,15 +2,11 @@
 
 Six header lines: file type; keys; values; marker names, each above three columns;
 X1 Y1 Z1 X2 ...; blank. Then one row per frame: number, time, coordinates, blank where
-missing. Reading takes what programs write (coordinate names counted from 0, tabs at
-line ends, frame counts that are wrong); writing is what OpenSim's reader insists on.
-A TRC file cannot tell a filled sample from a measured one.
+missing. Reading takes what programs write: coordinate names counted from 0, tabs at
+line ends, frame counts that are wrong. `handclean.io.trc_write` writes them.
 """
 
-from collections.abc import Iterator
 from pathlib import Path
-
-import numpy as np
 
 from handclean.errors import FileError
 from handclean.io.clock import start_of
@@ -28,19 +24,7 @@ from handclean.io.reading import (
     text,
     zeros_are_missing,
 )
-from handclean.io.writing import Columns, columns_of, rows, write_lines
 from handclean.recording import Recording
-
-_KEYS = (
-    "DataRate",
-    "CameraRate",
-    "NumFrames",
-    "NumMarkers",
-    "Units",
-    "OrigDataRate",
-    "OrigDataStartFrame",
-    "OrigNumFrames",
-)
 
 
 def read_trc(
@@ -132,40 +116,3 @@ def _labels(
 def _check_count(claim: str, rows: int, traps: list[str]) -> None:
     if claim != str(rows):
         traps.append(f"NumFrames says {claim}, there are {rows} rows")
-
-
-def write_trc(path: Path, recording: Recording) -> tuple[str, ...]:
-    """Write the markers as TRC in millimetres; missing samples are blank cells.
-
-    Returns
-    -------
-    what the format cannot hold, one line each
-
-    Raises
-    ------
-    FileError
-        If there are no markers, or a name cannot stand in a TRC file.
-    """
-    columns = columns_of(path, recording)
-    for label in columns.labels:
-        if set(label) & {"\t", "\n", "\r"} or not label.strip():
-            raise FileError(path, f"TRC cannot hold a marker called {label!r}")
-    write_lines(path, _lines(recording, columns))
-    return columns.notes
-
-
-def _lines(recording: Recording, columns: Columns) -> Iterator[str]:
-    frames, first = recording.frames, recording.first_frame
-    rate, markers = f"{recording.rate:.10g}", len(columns.labels)
-    values = (rate, rate, frames, markers, "mm", rate, first, frames)
-    axes = [f"{axis}{m}" for m in range(1, markers + 1) for axis in "XYZ"]
-    yield "PathFileType\t4\t(X/Y/Z)\thandclean.trc"
-    yield "\t".join(_KEYS)
-    yield "\t".join(map(str, values))
-    yield "Frame#\tTime\t" + "\t\t\t".join(columns.labels) + "\t\t"
-    yield "\t\t" + "\t".join(axes)
-    yield ""
-    numbers = first + np.arange(frames)
-    millimetres = 1e3 * columns.positions.reshape(frames, -1)
-    table = np.column_stack([numbers, recording.clock, millimetres])
-    yield from rows(table, [0, 6] + [6] * (3 * markers), "\t")

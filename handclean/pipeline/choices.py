@@ -78,9 +78,13 @@ class Scanning:
 
 @dataclass(frozen=True, kw_only=True)
 class Converting:
-    """Whose joints a skinned hand has: a shipped joint map or a file."""
+    """Whose joints a skinned hand has: a shipped joint map or a file; what else.
 
-    joint_map: str
+    ``unnamed``: points without a name go into a TRC, too.
+    """
+
+    joint_map: str = ""
+    unnamed: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

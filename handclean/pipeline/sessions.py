@@ -44,13 +44,20 @@ def outcome(
     figures: Mapping[str, Any],
     warnings: tuple[str, ...] = (),
     surfaces: Mapping[str, Surface] | None = None,
+    *,
+    unnamed: bool = False,
 ) -> Outcome:
-    """Hand back a take to be written, its hands with skins where they have some."""
+    """Hand back a take to be written, its hands with skins where they have some.
+
+    Parameters
+    ----------
+    unnamed : write points without a name into a TRC, too.
+    """
     return Outcome(
         line=line,
         figures=figures,
         warnings=warnings,
-        writers=(writer(recording, surfaces=surfaces),),
+        writers=(writer(recording, surfaces=surfaces, unnamed=unnamed),),
         history=tuple(recording.provenance),
     )
 
@@ -69,6 +76,7 @@ def writer(
     *,
     silent: bool = False,
     surfaces: Mapping[str, Surface] | None = None,
+    unnamed: bool = False,
 ) -> Writer:
     """Make what writes a take, in the format of the path it is given.
 
@@ -76,11 +84,12 @@ def writer(
     ----------
     surfaces : skins of its hands, for formats that show them.
     silent : do not tell what the format cannot keep.
+    unnamed : write points without a name into a TRC, too.
     """
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
         take = replace(recording, provenance=provenance)
-        lost = files.write(path, take, surfaces=surfaces)
+        lost = files.write(path, take, surfaces=surfaces, unnamed=unnamed)
         return () if silent else lost
 
     return write

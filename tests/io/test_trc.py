@@ -1,4 +1,4 @@
-"""TRC: what programs write is read, what we write OpenSim reads."""
+"""TRC: what programs write is read, and what we write comes back."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,9 @@ from hypothesis.extra import numpy as hnp
 
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.io import files
-from handclean.io.trc import read_trc, write_trc
-from handclean.recording import Origin, Points, Recording, trajectories
+from handclean.io.trc import read_trc
+from handclean.io.trc_write import write_trc
+from handclean.recording import Origin, Recording, trajectories
 
 PLAIN = (
     "PathFileType\t4\t(X/Y/Z)\tx.trc\n"
@@ -162,47 +163,6 @@ def test_what_is_written_is_read_back(positions, rate, first, tmp_path_factory):
     np.testing.assert_array_equal(back.markers.origin, take.markers.origin)
 
 
-def test_the_file_is_what_opensim_insists_on(tmp_path):
-    """The rules of OpenSim's TRCFileAdapter, as it states them in its errors."""
-    positions = np.ones((3, 2, 3))
-    positions[1, 0] = np.nan
-    take = Recording(rate=120.0, frames=3, markers=trajectories(positions, ("A", "B")))
-    write_trc(tmp_path / "a.trc", take)
-    lines = (tmp_path / "a.trc").read_text().split("\n")
-    assert lines[0].split()[0] == "PathFileType"
-    keys, values = lines[1].split("\t"), lines[2].split("\t")
-    assert keys == [
-        "DataRate",
-        "CameraRate",
-        "NumFrames",
-        "NumMarkers",
-        "Units",
-        "OrigDataRate",
-        "OrigDataStartFrame",
-        "OrigNumFrames",
-    ]
-    assert len(values) == len(keys)
-    assert values[:5] == ["120", "120", "3", "2", "mm"]
-    assert [cell for cell in lines[3].split("\t") if cell] == [
-        "Frame#",
-        "Time",
-        "A",
-        "B",
-    ]
-    assert [cell for cell in lines[4].split("\t") if cell] == [
-        "X1",
-        "Y1",
-        "Z1",
-        "X2",
-        "Y2",
-        "Z2",
-    ]
-    assert lines[5] == ""
-    rows = [line.split("\t") for line in lines[6:-1]]
-    assert [len(row) for row in rows] == [8, 8, 8]
-    assert rows[1] == ["2", "0.008333", "", "", "", *["1000.000000"] * 3]
-
-
 def test_filled_and_rejected_samples_are_noted(tmp_path):
     positions = np.ones((3, 1, 3))
     origin = np.array([[Origin.MEASURED], [Origin.FILLED], [Origin.REJECTED]], np.uint8)
@@ -213,33 +173,6 @@ def test_filled_and_rejected_samples_are_noted(tmp_path):
     assert any("1 rejected" in note for note in notes)
     back = read_trc(tmp_path / "a.trc").recording.markers
     assert back.origin[:, 0].tolist() == [1, 1, 0]
-
-
-@pytest.mark.parametrize("source", [[4, 9, 4], [-1, -1, -1], [4, 4, 4]])
-def test_unlabelled_points_become_starred_columns_and_come_back(source, tmp_path):
-    points = Points(
-        frame=np.array([0, 0, 2], np.int32),
-        source=np.array(source, np.int32),
-        positions=np.arange(9.0).reshape(3, 3) + 1,
-    )
-    take = Recording(rate=1.0, frames=3, unlabelled=points)
-    write_trc(tmp_path / "a.trc", take)
-    back = read_trc(tmp_path / "a.trc").recording
-    assert back.markers is None
-    np.testing.assert_array_equal(back.unlabelled.frame, points.frame)
-    np.testing.assert_array_equal(back.unlabelled.positions, points.positions)
-    assert back.unlabelled.source.tolist() == [0, 1, 0]
-
-
-def test_nothing_to_write_and_impossible_names_are_errors(tmp_path):
-    with pytest.raises(FileError, match="no markers"):
-        write_trc(tmp_path / "a.trc", Recording(rate=1.0, frames=3))
-    bad = Recording(
-        rate=1.0, frames=1, markers=trajectories(np.ones((1, 1, 3)), ("\t",))
-    )
-    with pytest.raises(FileError, match="cannot hold a marker"):
-        write_trc(tmp_path / "a.trc", bad)
-    assert not (tmp_path / "a.trc").exists()
 
 
 @given(data=st.data())

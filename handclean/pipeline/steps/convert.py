@@ -32,7 +32,8 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
     if shapes.is_subject(source):
         return shapes.subject_file(source)
     recording = sessions.read(source)
-    figures = contents(kept(recording, source.target))
+    unnamed = settings is not None and settings.unnamed
+    figures = contents(kept(recording, source.target, unnamed=unnamed))
     surfaces = None
     odd: tuple[str, ...] = ()
     if source.target == ".glb" and source.subjects:
@@ -43,6 +44,7 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
         figures,
         (*sessions.traps(source, recording), *odd),
         surfaces,
+        unnamed=unnamed,
     )
 
 
