@@ -81,7 +81,7 @@ def parts_of(path):
         about = files.inspect(path)
         found = {"angles", "roots"} if about["frames"] == 20 else set()
         found |= {"skeletons"} if about["skeletons"] else set()
-        found |= {"trust"} if about["not_trusted"] == {"right": [[9, 12]]} else set()
+        found |= {"trust"} if about["not_trusted"] == {"right": [[16, 18]]} else set()
         return found | ({"up_axis"} if about["up_axis"] == "+y" else set())
     back = files.read(path)
     found = {key for key, part in PARTS.items() if part.has(back)}
