@@ -85,6 +85,11 @@ unit = click.option(
 lenient = click.option(
     "--lenient", is_flag=True, help="Save what can be saved of a damaged file."
 )
+believe_coordinates = click.option(
+    "--believe-coordinates",
+    is_flag=True,
+    help="Of a C3D that marks every point as missing, take those with coordinates.",
+)
 output = click.option(
     "-o",
     "--output",
@@ -188,7 +193,8 @@ prior = click.option(
     help="Posture prior.  [default: the one that ships]",
 )
 
-SOURCES = (inputs, manifest, rate, unit, lenient)
+READING = (rate, unit, lenient, believe_coordinates)
+SOURCES = (inputs, manifest, *READING)
 OUTPUT = (output, file_format, overwrite, seed)
 ONE_OUTPUT = (output, overwrite, seed)
 HANDS = (subject, marker_set, side)

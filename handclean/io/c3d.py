@@ -19,6 +19,7 @@ points      points per frame
 loose       int32, the columns whose label names no marker; absent if there are none
 numbers     "float" or "integer"
 unit        POINT:UNITS, "mm" where it is missing
+scale       the header's, where it and not POINT:SCALE was taken; else absent
 groups      the parameters, decoded, for people
 ==========  =======================================================================
 
@@ -40,6 +41,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from handclean.arrays import Bools
 from handclean.errors import FileError
 from handclean.io.c3d_analog import read_analog
 from handclean.io.c3d_decode import (
@@ -50,8 +52,11 @@ from handclean.io.c3d_decode import (
     sort_columns,
 )
 from handclean.io.c3d_events import read_events
+from handclean.io.c3d_head import Head
 from handclean.io.c3d_parameters import plain_values
-from handclean.io.c3d_samples import Tally
+from handclean.io.c3d_remarks import twice
+from handclean.io.c3d_samples import Coding, Tally
+from handclean.io.c3d_scale import settle_scale
 from handclean.io.c3d_structure import Structure, open_c3d
 from handclean.io.c3d_write import encode_c3d, plan_writing
 from handclean.io.reading import METRES, UNLABELLED, settle_rate, settle_unit
@@ -65,6 +70,7 @@ def read_c3d(
     lenient: bool = False,
     unlabelled: Sequence[str] = UNLABELLED,
     zeros_are_missing: bool = True,
+    believe_coordinates: bool = False,
     unit: str | None = None,
     rate: float | None = None,
 ) -> Recording:
@@ -77,6 +83,8 @@ def read_c3d(
         columns become `Recording.unlabelled`.
     zeros_are_missing : points at exactly (0, 0, 0) count as missing; an event says how
         many there were.
+    believe_coordinates : take points with coordinates in a file that marks every point
+        as missing, as some programs do; an event says how many.
     unit, rate : for files that do not say; must agree with those that do. Without
         POINT:UNITS the format's own default, mm, holds.
 
@@ -91,14 +99,18 @@ def read_c3d(
     structure = open_c3d(path, lenient)
     hz = _rate(structure, rate)
     name = settle_unit(path, structure.head.unit or unit or "mm", unit)
-    coding = structure.coding(METRES[name.lower()])
+    coding, scales = settle_scale(structure, METRES[name.lower()])
     columns = sort_columns(structure, unlabelled)
     tally = Tally()
-    markers, loose = decode_points(structure, coding, columns, tally, zeros_are_missing)
+    markers, loose = decode_points(
+        structure, coding, columns, tally, zeros_are_missing, believe_coordinates
+    )
     layout = structure.layout
     events = [*structure.repairs, *decisions(tally, columns.labels, zeros_are_missing)]
     if structure.head.unit is None and unit is None:
         events.append("POINT:UNITS is missing: mm, the format's default, was taken")
+    events += [scales] if scales else []
+    events += twice([columns.labels[i] for i in columns.markers])
     return Recording(
         rate=hz,
         frames=layout.held,
@@ -108,7 +120,7 @@ def read_c3d(
         unlabelled=loose,
         events=tuple(Event(start=0, stop=layout.held, text=text) for text in events),
         analog=read_analog(structure, hz),
-        parameters={"c3d": _kept(structure, name, columns)},
+        parameters={"c3d": _kept(structure, name, columns, coding)},
         source_events=read_events(structure.head, layout.first_frame, hz),
     )
 
@@ -138,7 +150,9 @@ def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> tuple[str,
     return writing.notes
 
 
-def inspect_c3d(path: Path | str) -> dict[str, Any]:
+def inspect_c3d(
+    path: Path | str, *, believe_coordinates: bool = False
+) -> dict[str, Any]:
     """Return what is in a file and what is odd about it, as plain JSON values.
 
     A truncated file, an unknown unit and a rate of 0 are traps here, not errors.
@@ -149,7 +163,7 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
         If the file cannot be read as C3D at all.
     """
     path = Path(path)
-    structure = open_c3d(path, lenient=True)
+    structure = open_c3d(path, lenient=True, needs_points=False)
     head, layout = structure.head, structure.layout
     traps = [*structure.repairs, *structure.remarks]
     unit = head.unit or "mm"
@@ -162,8 +176,14 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
         traps.append(f"POINT:RATE is {rate:g}")
     columns = sort_columns(structure, UNLABELLED)
     tally = Tally()
-    coding = structure.coding(METRES.get(unit.lower(), 1.0))
-    markers, loose = decode_points(structure, coding, columns, tally, True)
+    coding, scales = settle_scale(structure, METRES.get(unit.lower(), 1.0))
+    traps += [scales] if scales else []
+    traps += twice([columns.labels[i] for i in columns.markers])
+    markers, loose = decode_points(
+        structure, coding, columns, tally, True, believe_coordinates
+    )
+    if not structure.points:
+        traps.append("it has no points, only analog channels")
     traps += decisions(tally, columns.labels, True) + oddities(tally, coding)
     residual = _residual_range(markers)
     if residual and residual[1] > 254.5 * coding.scale * coding.metres:
@@ -184,7 +204,7 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
         "rate": rate if rate > 0 else None,
         "unit": unit,
         "up_axis": _up_axis(structure),
-        "scale": head.scale if np.isfinite(head.scale) else None,
+        "scale": _shown_scale(head, coding),
         "points": layout.points,
         "markers": list(seen),
         "measured": seen,
@@ -197,7 +217,7 @@ def inspect_c3d(path: Path | str) -> dict[str, Any]:
         "analog_rate": analog.rate if analog is not None and rate > 0 else None,
         "events": [
             {"time": e.time, "label": e.label, "context": e.context}
-            for e in read_events(head, layout.first_frame, hz)
+            for e in read_events(head, layout.first_frame, hz, as_stored=True)
         ],
         "groups": sorted(plain_values(head.section)),
         "traps": traps,
@@ -220,12 +240,12 @@ def _angles(structure: Structure, columns: PointColumns) -> list[str]:
 
 
 def _seen(markers: Trajectories) -> dict[str, int]:
-    """Measured samples by label; columns of one label add up."""
-    seen: dict[str, int] = {}
-    counts = np.count_nonzero(markers.origin == Origin.MEASURED, axis=0)
-    for label, number in zip(markers.labels, counts.tolist(), strict=True):
-        seen[label] = seen.get(label, 0) + number
-    return seen
+    """Frames in which each label was measured, in whichever of its columns."""
+    measured = markers.origin == Origin.MEASURED
+    seen: dict[str, Bools] = {}
+    for label, column in zip(markers.labels, measured.T, strict=True):
+        seen[label] = seen[label] | column if label in seen else column
+    return {label: int(np.count_nonzero(column)) for label, column in seen.items()}
 
 
 def _stated_rate(structure: Structure) -> float:
@@ -250,7 +270,16 @@ def _up_axis(structure: Structure) -> str:
     return f"{found[1] or '+'}{found[2]}" if found else ""
 
 
-def _kept(structure: Structure, unit: str, columns: PointColumns) -> dict[str, Any]:
+def _shown_scale(head: Head, coding: Coding) -> float | None:
+    """Return POINT:SCALE, or the header's where that was taken; None if none is."""
+    if coding.is_float or coding.scale == abs(head.scale):
+        return head.scale if np.isfinite(head.scale) else None
+    return coding.scale
+
+
+def _kept(
+    structure: Structure, unit: str, columns: PointColumns, coding: Coding
+) -> dict[str, Any]:
     """Return what a rewrite needs, and the parameters for people."""
     head = np.frombuffer(structure.head.raw, np.uint8)
     kept: dict[str, Any] = {
@@ -260,6 +289,8 @@ def _kept(structure: Structure, unit: str, columns: PointColumns) -> dict[str, A
         "numbers": "float" if structure.layout.is_float else "integer",
         "unit": unit,
     }
+    if not coding.is_float and coding.scale != abs(structure.head.scale):
+        kept["scale"] = coding.scale
     if len(columns.loose):
         kept["loose"] = columns.loose.astype(np.int32)
     if structure.tail.size:

@@ -14,6 +14,7 @@ from handclean.io.c3d_edit import (
     without_group,
 )
 from handclean.io.c3d_head import (
+    Head,
     with_frames,
     with_header_floats,
     with_header_shorts,
@@ -83,6 +84,8 @@ def same_file(
             f"POINT:SCALE went from {source.coding.scale:g} to {coding.scale:g} so "
             "that all coordinates fit 16 bits; every point was rounded to it"
         )
+    elif section is not source.head.section or source.frames is None:
+        head, section = _with_one_scale(head, section, coding)
     analog = None
     if source.frames is None:
         notes.append("other frames than its C3D source has: its samples were not kept")
@@ -107,6 +110,21 @@ def same_file(
         unrecorded=unrecorded,
         notes=tuple(notes),
     )
+
+
+def _with_one_scale(
+    head: Head, section: Section, coding: Coding
+) -> tuple[Head, Section]:
+    """Let header and parameters state the scale that was taken.
+
+    A file is left with two only where all else is left, too: by other labels another
+    one might be taken.
+    """
+    scale = section.numbers("POINT", "SCALE")[:1].tolist()
+    if coding.is_float or np.allclose([*scale, head.header.scale], coding.scale, 1e-5):
+        return head, section
+    section = with_floats(section, "POINT", "SCALE", coding.scale)
+    return with_header_floats(head, {12: coding.scale}), section
 
 
 def _with_room(source: Source, low: float, high: float) -> Coding:

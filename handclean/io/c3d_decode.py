@@ -18,6 +18,7 @@ from handclean.io.c3d_samples import (
     Tally,
     block_of,
     decode,
+    marked_there,
     new_samples,
 )
 from handclean.io.c3d_structure import Structure
@@ -67,17 +68,25 @@ def decode_points(
     columns: PointColumns,
     tally: Tally,
     zeros_are_missing: bool,
+    believe_coordinates: bool = False,
 ) -> tuple[Trajectories | None, Points | None]:
-    """Markers and unlabelled points of all frames."""
+    """Markers and unlabelled points of all frames.
+
+    Parameters
+    ----------
+    believe_coordinates : where every point is marked missing, take those that have
+        coordinates, with residuals and cameras unknown.
+    """
     frames = structure.layout.held
     found = new_samples(frames, len(columns.markers))
     source = np.empty((frames, len(columns.markers)), np.int32)
     loose = _Loose(frames * len(columns.loose))
-    step = max(BLOCK_SAMPLES // structure.points, 1)
+    step = max(BLOCK_SAMPLES // max(structure.points, 1), 1)
     words = structure.frames[:, : 4 * structure.points]
     picked, picked_loose = as_slice(columns.markers), as_slice(columns.loose)
+    tally.believed = believe_coordinates and _none_there(structure, coding, columns)
     with np.errstate(all="ignore"):
-        for begin in range(0, frames, step):
+        for begin in range(0, frames if structure.points else 0, step):
             rows = slice(begin, min(begin + step, frames))
             block = words[rows].reshape(-1, structure.points, 4)
             if len(columns.markers):
@@ -101,7 +110,7 @@ def decode_points(
                     zeros_are_missing,
                 )
                 loose.add(begin, here, some, columns.loose)
-    if not tally.recorded:
+    if structure.points and not tally.recorded:
         found.origin[found.origin == Origin.FILLED] = Origin.MEASURED
         if marks := read_marks(structure.head.section):
             points = words.reshape(-1, structure.points, 4)
@@ -109,6 +118,18 @@ def decode_points(
                 marks, points, coding, columns.markers, found.origin
             )
     return _markers(found, source, columns), loose.points()
+
+
+def _none_there(structure: Structure, coding: Coding, columns: PointColumns) -> bool:
+    """Whether every point, of markers or not, is marked missing."""
+    places = np.concatenate([columns.markers, columns.loose])
+    step = max(BLOCK_SAMPLES // max(structure.points, 1), 1)
+    with np.errstate(all="ignore"):
+        for begin in range(0, len(structure.frames), step):
+            fourth = structure.frames[begin : begin + step, 4 * places + 3]
+            if marked_there(coding.numbers(fourth)).any():
+                return False
+    return True
 
 
 def _markers(
@@ -195,11 +216,17 @@ def decisions(tally: Tally, labels: list[str], zeros_are_missing: bool) -> list[
             "HANDCLEAN:FILLED lists other samples than these: which of them were "
             "filled is not known"
         )
+    if tally.believed:
+        notes.append(
+            f"every point is marked missing; {tally.computed} that have coordinates "
+            "are believed, as --believe-coordinates has it"
+        )
     if tally.strange:
         notes.append(f"{tally.strange} points with a senseless fourth word are missing")
     if tally.with_place and tally.invalid == tally.samples:
         notes.append(
-            f"every point is marked missing, though {tally.with_place} have coordinates"
+            f"every point is marked missing, though {tally.with_place} have "
+            "coordinates; --believe-coordinates takes these"
         )
     return notes
 
@@ -207,7 +234,7 @@ def decisions(tally: Tally, labels: list[str], zeros_are_missing: bool) -> list[
 def oddities(tally: Tally, coding: Coding) -> list[str]:
     """Words for what decoding met and took as it is."""
     notes = []
-    if tally.computed and not tally.recorded:
+    if tally.computed and not (tally.recorded or tally.believed):
         notes.append("all residuals are 0: they were not recorded")
     if tally.unsigned:
         notes.append(f"{tally.unsigned} points are marked missing by an unsigned word")

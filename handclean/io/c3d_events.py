@@ -18,14 +18,18 @@ MOST_IN_HEADER = 18
 _KEY_AT, _COUNT_AT, _TIMES_AT, _LABELS_AT = 298, 300, 304, 396
 
 
-def read_events(head: Head, first_frame: int, rate: float) -> tuple[SourceEvent, ...]:
+def read_events(
+    head: Head, first_frame: int, rate: float, *, as_stored: bool = False
+) -> tuple[SourceEvent, ...]:
     """Return events in order of time, in seconds from the first frame.
 
     Parameters
     ----------
     rate : [Hz] of the points.
+    as_stored : leave times as the file has them, those of the EVENT group from frame 1.
     """
-    group = _group_events(head.section, _before(first_frame, rate))
+    before = _before(first_frame, rate)
+    group = _group_events(head.section, before)
     same = 0.5 / rate
     extra = [
         event
@@ -35,7 +39,11 @@ def read_events(head: Head, first_frame: int, rate: float) -> tuple[SourceEvent,
             for g in group
         )
     ]
-    return tuple(sorted(group + extra, key=lambda event: event.time))
+    found = group + extra
+    order = sorted(range(len(found)), key=lambda n: found[n].time)
+    if as_stored:
+        found = _group_events(head.section, 0.0) + extra
+    return tuple(found[n] for n in order)
 
 
 def _before(first_frame: int, rate: float) -> float:

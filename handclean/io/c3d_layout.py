@@ -214,7 +214,7 @@ def _shapes(header: Header, section: Section, at: int, size: int) -> list[_Shape
     starts = [s for s in said if s and s > beyond] or [beyond + (section.lead[2] or 1)]
     blocks = [s for s in starts if at + (s - 1) * BLOCK < size] or starts[:1]
     used = count(section, "POINT", "USED")
-    points = [p for p in (used, header.points) if p]
+    points = [p for p in (used, header.points) if p] + [0] * (used == 0)
     scale = section.numbers("POINT", "SCALE")
     scales = [s for s in (*scale[:1].tolist(), header.scale) if s == s and s != 0]
     combinations = product(

@@ -22,14 +22,11 @@ def remarks(head: Head, layout: Layout, left: int) -> list[str]:
         notes.append(f"the first frame is number {layout.first_frame}")
     if left >= BLOCK:
         notes.append(f"{left} bytes after the last frame")
-    for name, theirs, ours in (
-        ("rate", section.numbers("POINT", "RATE"), header.rate),
-        ("scale", section.numbers("POINT", "SCALE"), header.scale),
-    ):
-        if theirs.size and not np.isclose(theirs[0], ours, rtol=1e-5, atol=0):
-            notes.append(
-                f"{name}: the parameters say {theirs[0]:g}, the header {ours:g}"
-            )
+    rate = section.numbers("POINT", "RATE")
+    if rate.size and not np.isclose(rate[0], header.rate, rtol=1e-5, atol=0):
+        notes.append(
+            f"rate: the parameters say {rate[0]:g}, the header {header.rate:g}"
+        )
     if abs(head.scale) == 1.0:
         kind = "residuals" if layout.is_float else "coordinates"
         notes.append(f"POINT:SCALE is {head.scale:g}: {kind} in whole units only")
@@ -47,9 +44,6 @@ def _label_remarks(head: Head, points: int) -> list[str]:
     more = head.section.find("POINT", "LABELS2")
     if first is not None and more is not None and len(strings_of(first)) != 255:
         notes.append("POINT:LABELS2 is there though LABELS does not hold 255")
-    twice = _twice(labels[:points])
-    if twice:
-        notes.append(f"labels that stand twice: {some_of(twice)}")
     if first is not None and not _is_utf8(first.data):
         notes.append("labels are not UTF-8; they were read as Latin-1")
     return notes
@@ -77,8 +71,10 @@ def _is_utf8(raw: bytes) -> bool:
     return True
 
 
-def _twice(labels: Sequence[str]) -> list[str]:
-    return [name for name, n in Counter(labels).items() if n > 1 and name]
+def twice(labels: Sequence[str]) -> list[str]:
+    """Say which labels stand more than once; nothing if none does."""
+    found = [name for name, n in Counter(labels).items() if n > 1 and name]
+    return [f"labels that stand twice: {some_of(found)}"] if found else []
 
 
 def some_of(names: Sequence[str], most: int = 5) -> str:

@@ -92,6 +92,7 @@ class Tally:
     not_finite : NaN or infinite coordinates of points not marked missing.
     zeros : points at (0, 0, 0) not marked missing, by column.
     extreme : integer coordinates at the end of their range.
+    believed : whether marks that every point is missing are passed over.
     listed : that `handclean.io.c3d_marks` lists as filled; -1 if those are others.
     """
 
@@ -106,6 +107,7 @@ class Tally:
     not_finite: int = 0
     extreme: int = 0
     listed: int = 0
+    believed: bool = False
     zeros: dict[int, int] = field(default_factory=dict)
 
 
@@ -141,6 +143,8 @@ def decode(
     """
     _divide(numbers[..., :3], coding, out.positions)
     word = np.ascontiguousarray(numbers[..., 3])
+    if tally.believed:
+        word = np.zeros(word.shape, word.dtype)
     here = _believed(word, tally)
     if not here.all():
         places = numbers[~here][:, :3].any(axis=1)
@@ -168,6 +172,8 @@ def decode(
     tally.computed += int(np.count_nonzero(computed))
     tally.recorded += int(np.count_nonzero(here & (word > 0)))
     np.multiply(bits & 255, np.float32(coding.scale * coding.metres), out=out.residual)
+    if tally.believed:
+        out.residual[:] = np.nan
     np.right_shift(bits, 8, out=out.cameras, casting="unsafe")
     np.add(here, computed, out=out.origin, dtype=np.uint8)
     gone = ~here
@@ -223,10 +229,15 @@ def block_of(samples: Samples, rows: slice) -> Samples:
     )
 
 
+def marked_there(word: NDArray[Any]) -> Bools:
+    """(...) fourth words that do not say that the point is missing."""
+    there: Bools = (word >= 0) & (word <= SHORT_MAX)
+    return there
+
+
 def valid(numbers: NDArray[Any]) -> Bools:
     """(...) samples (..., 4) that are not marked missing and have finite places."""
-    word = numbers[..., 3]
-    here: Bools = (word >= 0) & (word <= SHORT_MAX)
+    here = marked_there(numbers[..., 3])
     if numbers.dtype.kind == "f":
         for axis in range(3):
             here &= np.isfinite(numbers[..., axis])

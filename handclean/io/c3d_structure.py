@@ -46,6 +46,13 @@ class Structure:
 
     def coding(self, metres: float) -> Coding:
         """How the samples are coded, given the unit."""
+        if not self.points:  # of analog channels alone; they have their own scales
+            return Coding(
+                processor=self.head.processor,
+                is_float=self.layout.is_float,
+                scale=1.0,
+                metres=metres,
+            )
         return coding_of(self.head, self.layout.is_float, metres, self.path)
 
 
@@ -74,12 +81,15 @@ def load(path: Path) -> Bytes:
     return raw
 
 
-def open_c3d(path: Path, lenient: bool = False) -> Structure:
+def open_c3d(
+    path: Path, lenient: bool = False, *, needs_points: bool = True
+) -> Structure:
     """Open a file.
 
     Parameters
     ----------
     lenient : take the whole frames of a truncated file.
+    needs_points : refuse a file of analog channels alone.
 
     Raises
     ------
@@ -93,7 +103,10 @@ def open_c3d(path: Path, lenient: bool = False) -> Structure:
     if head.parameters_at + 4 <= layout.data_at < end:
         head = parse_head(raw, path, layout.data_at)
         layout = find_layout(raw, head.at, head.header, head.section)
-    if not layout.points:
+    if not layout.points and layout.analog_words and needs_points:
+        right = "a take has points; inspect tells of the channels"
+        raise FileError(path, "has no points, only analog channels", right)
+    if not layout.points and not layout.analog_words:
         raise FileError(path, "has no points", "POINT:USED should be 1 or more")
     if not layout.frames:
         raise FileError(path, "has no frames", "POINT:FRAMES should be 1 or more")

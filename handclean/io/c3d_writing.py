@@ -101,6 +101,8 @@ def _source(kept: Mapping[str, Any], frames: int, where: Path | str) -> Source:
     is_float = kept["numbers"] == "float"
     metres = METRES[str(kept["unit"]).lower()]
     coding = coding_of(head, is_float, metres, where)
+    if not is_float and "scale" in kept:
+        coding = replace(coding, scale=_positive(kept["scale"]))
     points = int(kept["points"])
     words = np.asarray(kept["frames"])
     if words.ndim != 2 or words.shape[1] < 4 * points or points < 1:
@@ -115,6 +117,12 @@ def _source(kept: Mapping[str, Any], frames: int, where: Path | str) -> Source:
         tail=np.asarray(kept.get("tail", ()), np.uint8).tobytes(),
         frames=words.astype(coding.word, copy=False) if same else None,
     )
+
+
+def _positive(scale: Any) -> float:
+    if not 0 < float(scale) < np.inf:
+        raise ValueError(f"scale is {scale}")
+    return float(scale)
 
 
 def is_silent(source: Source, column: int) -> bool:

@@ -39,8 +39,20 @@ Reader = Callable[[Path, float | None, str | None, bool], Reading]
 Writer = Callable[[Path, Recording], tuple[str, ...] | None]
 
 
-def _c3d(path: Path, rate_hz: float | None, unit: str | None, lenient: bool) -> Reading:
-    take = read_c3d(path, lenient=lenient, unit=unit, rate=rate_hz)
+def _c3d(
+    path: Path,
+    rate_hz: float | None,
+    unit: str | None,
+    lenient: bool,
+    believe_coordinates: bool = False,
+) -> Reading:
+    take = read_c3d(
+        path,
+        lenient=lenient,
+        unit=unit,
+        rate=rate_hz,
+        believe_coordinates=believe_coordinates,
+    )
     return Reading(recording=take, unit=str(take.parameters["c3d"]["unit"]))
 
 
@@ -82,7 +94,11 @@ WRITERS: dict[str, Writer] = {
 
 
 def _reading(
-    path: Path, rate_hz: float | None, unit: str | None, lenient: bool
+    path: Path,
+    rate_hz: float | None,
+    unit: str | None,
+    lenient: bool,
+    believe_coordinates: bool = False,
 ) -> Reading:
     suffix = path.suffix.lower()
     if suffix not in READERS:
@@ -97,6 +113,8 @@ def _reading(
             wrong = f"{suffix} files are written for other programs, not read"
             raise FileError(path, wrong, f"readable: {known}")
         raise FileError(path, f"no format is called '{suffix}'", f"readable: {known}")
+    if suffix == ".c3d":
+        return _c3d(path, rate_hz, unit, lenient, believe_coordinates)
     return READERS[suffix](path, rate_hz, unit, lenient)
 
 
@@ -106,6 +124,7 @@ def read(
     rate_hz: float | None = None,
     unit: str | None = None,
     lenient: bool = False,
+    believe_coordinates: bool = False,
 ) -> Recording:
     """Read a take of any format.
 
@@ -114,6 +133,7 @@ def read(
     rate_hz : [Hz] for formats that do not say (``--rate``).
     unit : of lengths, mm, cm or m, for formats that do not say (``--unit``).
     lenient : save what can be saved of a file that was cut off.
+    believe_coordinates : of a C3D that marks every point as missing.
 
     Raises
     ------
@@ -123,7 +143,7 @@ def read(
         If rate or unit are needed and not given, or contradict the file by more than
         0.1 %.
     """
-    reading = _reading(Path(path), rate_hz, unit, lenient)
+    reading = _reading(Path(path), rate_hz, unit, lenient, believe_coordinates)
     take = reading.recording
     noted = tuple(Event(start=0, stop=take.frames, text=trap) for trap in reading.traps)
     return replace(take, events=(*take.events, *noted)) if noted else take
@@ -183,7 +203,11 @@ def check_suffix(path: Path | str, suffix: str = "") -> str:
 
 
 def inspect(
-    path: Path | str, *, rate_hz: float | None = None, unit: str | None = None
+    path: Path | str,
+    *,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    believe_coordinates: bool = False,
 ) -> dict[str, Any]:
     """Return what is in a file and what is odd about it, as plain JSON values.
 
@@ -204,7 +228,7 @@ def inspect(
     if suffix == ".h5" and (name := format_of(path)) != FORMAT:
         return _inspect_h5(path, name)
     if suffix == ".c3d":
-        return _inspect_c3d(path, rate_hz, unit)
+        return _inspect_c3d(path, rate_hz, unit, believe_coordinates)
     if suffix == ".mot":
         return inspect_mot(path)
     if suffix == ".glb":
@@ -264,10 +288,12 @@ def _as_far_as_said(
     raise FileError(path, "; ".join(unsaid))
 
 
-def _inspect_c3d(path: Path, rate_hz: float | None, unit: str | None) -> dict[str, Any]:
-    about = inspect_c3d(path)
+def _inspect_c3d(
+    path: Path, rate_hz: float | None, unit: str | None, believe: bool
+) -> dict[str, Any]:
+    about = inspect_c3d(path, believe_coordinates=believe)
     try:
-        take = _reading(path, rate_hz, unit, True).recording
+        take = _reading(path, rate_hz, unit, True, believe).recording
     except UsageError:
         raise
     except HandcleanError:
@@ -320,12 +346,14 @@ def _trusted(motion: Motion) -> int | None:
 def _about_markers(markers: Trajectories) -> dict[str, Any]:
     seen = finite(markers.positions)
     lengths, ends = gaps_of(seen)
-    share = 1.0 - seen.mean(axis=0)
+    there: dict[str, Bools] = {}
+    for label, column in zip(markers.labels, seen.T, strict=True):
+        there[label] = there[label] | column if label in there else column
     kinds = ("missing", "measured", "filled", "rejected", "smoothed")
     counts = np.bincount(markers.origin.ravel(), minlength=len(kinds))
     return {
-        "markers": list(markers.labels),
-        "missing": dict(zip(markers.labels, share.round(6).tolist(), strict=True)),
+        "markers": list(there),
+        "missing": {x: round(1.0 - float(s.mean()), 6) for x, s in there.items()},
         "samples": dict(zip(kinds, counts.tolist(), strict=False)),
         "gaps": len(lengths),
         "longest_gap_frames": max(lengths, default=0),

@@ -101,11 +101,14 @@ PARTS = MappingProxyType(
         "roots": Part("where the hand is", _roots),
         "trust": Part("trust", lambda take: bool(_in_doubt(take)), _how_much_doubt),
         "skeletons": Part("joint trees", lambda take: bool(take.skeletons)),
-        "events": Part("events", _events),
+        "events": Part("events of handclean's steps", _events),
+        "source_events": Part(
+            "events of the source", lambda take: bool(take.source_events)
+        ),
         "analog": Part("analog channels", lambda take: take.analog is not None),
         "source": Part(
             "what else the source held",
-            lambda take: bool(take.source_events or take.parameters.get("c3d")),
+            lambda take: bool(take.parameters.get("c3d")),
         ),
         "first_frame": Part("the first frame's number", lambda t: t.first_frame != 1),
         "start_time": Part("the first frame's time", lambda t: t.start_time != 0.0),

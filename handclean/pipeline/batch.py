@@ -22,6 +22,7 @@ class Batch:
     subjects, marker_set, side : whose hands, with what markers, which of them.
     rate_hz, unit : for files that do not say; [Hz], one of mm, cm, m.
     lenient : save what can be saved of a damaged file.
+    believe_coordinates : of a C3D that marks every point as missing.
     files : further files the step reads, by what they are ("calibration").
     jobs : worker processes, None for as many as Slurm grants, else one.
     shard : "I/N" to take every N-th line from the I-th, or "".
@@ -43,6 +44,7 @@ class Batch:
     rate_hz: float | None = None
     unit: str | None = None
     lenient: bool = False
+    believe_coordinates: bool = False
     files: Mapping[str, Path] = field(default_factory=dict)
     jobs: int | None = None
     shard: str = ""
@@ -78,6 +80,7 @@ class Source:
     rate_hz: float | None = None
     unit: str | None = None
     lenient: bool = False
+    believe_coordinates: bool = False
     files: Mapping[str, Path] = field(default_factory=dict)
     seed: int = 0
     sha256: str = ""

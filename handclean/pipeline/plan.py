@@ -162,6 +162,7 @@ def _source(batch: Batch, line: Line) -> Source:
         rate_hz=batch.rate_hz,
         unit=batch.unit,
         lenient=batch.lenient,
+        believe_coordinates=batch.believe_coordinates,
         files=batch.files,
         seed=batch.seed,
         at=line.at,

@@ -104,6 +104,7 @@ def _items(source: Source, digests: Mapping[Path, str]) -> list[dict[str, Any]]:
         "rate_hz": source.rate_hz,
         "unit": source.unit,
         "lenient": source.lenient or None,
+        "believe_coordinates": source.believe_coordinates or None,
         "marker_set": "" if source.marker_set_file else source.marker_set,
     }
     is_given = {name: value for name, value in given.items() if value not in (None, "")}

@@ -1,6 +1,6 @@
 """Takes as steps read them and hand them back."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,11 @@ def read(source: Source) -> Recording:
         If it cannot be read as what it claims to be.
     """
     recording = files.read(
-        source.path, rate_hz=source.rate_hz, unit=source.unit, lenient=source.lenient
+        source.path,
+        rate_hz=source.rate_hz,
+        unit=source.unit,
+        lenient=source.lenient,
+        believe_coordinates=source.believe_coordinates,
     )
     if recording.provenance:
         return recording
@@ -36,6 +40,16 @@ def traps(source: Source, recording: Recording) -> tuple[str, ...]:
         return ()
     whole = (0, recording.frames)
     return tuple(e.text for e in recording.events if (e.start, e.stop) == whole)
+
+
+def traps_of_all(
+    sources: Sequence[Source], recordings: Sequence[Recording]
+) -> tuple[str, ...]:
+    """Say what was odd about several files, each by its name."""
+    read = zip(sources, recordings, strict=True)
+    return tuple(
+        f"{one.path}: {trap}" for one, take in read for trap in traps(one, take)
+    )
 
 
 def outcome(

@@ -17,6 +17,7 @@ from handclean.pipeline import plan, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.steps.inspect import FIGURES
 from handclean.recording import Recording, motion_from_poses, trajectories
+from tests.io.c3d_oracles import c3d_bytes
 
 
 @pytest.fixture
@@ -338,3 +339,48 @@ def test_inspect_knows_every_figure_it_is_given(shared_data, handclean):
         assert set(found) - set(FIGURES) == {
             "input", "output", "status", "error", "seconds", "warnings",
         }  # fmt: skip
+
+
+def c3d(path, labels, word=257, **more):
+    """Write a C3D of two frames whose fourth words are all the same."""
+    at = 100.0 * np.arange(6.0 * len(labels)).reshape(2, len(labels), 3) + 1.0
+    words = np.full((2, len(labels)), word)
+    Path(path).write_bytes(c3d_bytes(at, words, labels, **more))
+
+
+def test_every_command_that_reads_takes_tells_of_labels_that_stand_twice(handclean):
+    c3d("a.c3d", ["A", "B", "A"])
+    c3d("b.c3d", ["A", "B", "C"])
+    told = "warning: labels that stand twice: A\n"
+    done = handclean("convert", "a.c3d", "-o", "a.h5")
+    assert done.stdout == "a.c3d -> a.h5: 2 frames at 100 Hz, 2 markers\n"
+    assert done.stderr == f"a.c3d: {told}"
+    assert "labels that stand twice: A" in handclean("inspect", "a.c3d").stdout
+    assert (
+        told.replace(" labels", " a.c3d: labels")
+        in handclean("compare", "b.c3d", "a.c3d").stderr
+    )
+
+
+def test_points_marked_missing_are_believed_on_request_and_that_is_recorded(handclean):
+    c3d("a.c3d", ["A", "B"], word=-1)
+    done = handclean("convert", "a.c3d", "-o", "a.h5")
+    assert "though 4 have coordinates; --believe-coordinates takes" in done.stderr
+    line = "convert", "a.c3d", "-o", "a.h5", "--believe-coordinates"
+    done = handclean(*line)
+    assert "4 that have coordinates are believed" in done.stderr
+    assert np.isfinite(files.read("a.h5").markers.positions).all()
+    assert provenance("a.h5")[0]["inputs"][0]["believe_coordinates"] is True
+    assert json.loads(handclean(*line, "--json").stdout)["status"] == "skipped"
+    found = handclean("inspect", "a.c3d", "--believe-coordinates", "--json")
+    assert json.loads(found.stdout)["measured"] == {"A": 2, "B": 2}
+
+
+def test_analog_channels_alone_are_inspected_and_not_converted(handclean):
+    c3d("a.c3d", [], analog=np.ones((2, 4)), per_frame=2)
+    done = handclean("inspect", "a.c3d")
+    assert done.returncode == 0, done.stderr
+    assert "2 analog channels; odd: it has no points, only analog" in done.stdout
+    done = handclean("convert", "a.c3d", "-o", "a.h5")
+    assert done.returncode == 1
+    assert done.stderr.startswith("a.c3d: has no points, only analog channels; ")

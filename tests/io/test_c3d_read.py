@@ -1,6 +1,7 @@
 """Reading C3D: every form the format knows, against an independent encoder,
 ``c3d`` (coordinates, residual, mask) and ``ezc3d`` (coordinates)."""
 
+import io
 import json
 
 import numpy as np
@@ -9,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handclean.errors import FileError, HandcleanError, UsageError
-from handclean.io.c3d import inspect_c3d, read_c3d
+from handclean.io import files
+from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
+from handclean.pipeline.steps.convert import contents
 from handclean.recording import Origin
 from tests.io.c3d_oracles import by_c3d, by_ezc3d, c3d_bytes, take
 
@@ -364,6 +367,93 @@ def test_events_of_the_header_and_the_event_group_are_read_once(write, rng):
         (0.75, "GO", ""),
         (60.25, "Release", "Left"),
     ]
+
+
+def test_inspect_tells_events_at_the_times_the_file_has(write, rng):
+    groups = {"EVENT": {"LABELS": ["go"], "TIMES": np.array([[0.0, 10.5]])}}
+    path = write(*take(rng), first=995, groups=groups, header_events=[(0.05, "GO")])
+    found = [(e["label"], e["time"]) for e in inspect_c3d(path)["events"]]
+    assert found == [("GO", pytest.approx(0.05)), ("go", 10.5)]
+    inside = [(e.label, e.time) for e in read_c3d(path).source_events]
+    assert inside == [("GO", pytest.approx(0.05)), ("go", pytest.approx(0.56))]
+
+
+@pytest.mark.parametrize("is_float", [True, False], ids=["float", "integer"])
+@pytest.mark.parametrize("groups", [{}, {"POINT": {"RATE": 0.0, "SCALE": 0.0}}])
+def test_analog_channels_alone_are_told_of_but_are_no_take(
+    write, rng, is_float, groups
+):
+    analog = rng.integers(0, 99, (20, 12))
+    nothing = np.zeros((20, 0, 3)), np.zeros((20, 0), int)
+    path = write(*nothing, analog=analog, per_frame=3, is_float=is_float, groups=groups)
+    report = inspect_c3d(path)
+    assert "it has no points, only analog channels" in report["traps"]
+    assert report["analog"] == ["A0", "A1", "A2", "A3"]
+    assert (report["frames"], report["points"], report["markers"]) == (20, 0, [])
+    with pytest.raises(FileError, match="no points, only analog"):
+        read_c3d(path)
+
+
+@pytest.mark.parametrize("is_float", [True, False], ids=["float", "integer"])
+@pytest.mark.parametrize("labels", [["A", "B", "*3"], []], ids=["named", "nameless"])
+def test_coordinates_are_believed_on_request_where_all_points_are_marked_missing(
+    write, rng, is_float, labels
+):
+    raw, _ = take(rng, 30, 3, is_float, missing=0)
+    raw[4, 1] = 0
+    path = write(raw, np.full((30, 3), -1), labels, is_float=is_float, scale=0.1)
+    plain = read_c3d(path)
+    assert any("--believe-coordinates takes these" in e.text for e in plain.events)
+    assert plain.unlabelled is None or not len(plain.unlabelled.frame)
+    believed = read_c3d(path, believe_coordinates=True)
+    told = "every point is marked missing; 89 that have coordinates are believed"
+    assert any(told in e.text for e in believed.events)
+    assert any(
+        told in trap for trap in inspect_c3d(path, believe_coordinates=True)["traps"]
+    )
+    metres = raw * 1e-3 * (1.0 if is_float else float(SCALE))
+    if labels:
+        markers = believed.markers
+        assert not np.isfinite(plain.markers.positions).any()
+        there = np.ones((30, 2), bool)
+        there[4, 1] = False
+        np.testing.assert_array_equal(markers.origin == Origin.MEASURED, there)
+        np.testing.assert_allclose(
+            markers.positions[there], metres[:, :2][there], rtol=2e-7
+        )
+        assert np.isnan(markers.residual).all()
+        assert not markers.cameras.any()
+    points = believed.unlabelled
+    np.testing.assert_allclose(
+        points.positions, metres[points.frame, points.source], rtol=2e-7
+    )
+    assert len(points.frame) == (30 if labels else 89)
+    again = io.BytesIO()
+    write_c3d(again, believed)
+    path.write_bytes(again.getvalue())
+    found = read_c3d(path)
+    assert not any("missing;" in e.text for e in found.events)
+    np.testing.assert_array_equal(found.unlabelled.positions, points.positions)
+
+
+def test_marks_of_single_points_are_believed_whatever_the_coordinates(write, rng):
+    raw, words = take(rng, 30, 3, missing=0)
+    words[7, 1] = -1
+    recording = read_c3d(write(raw, words), believe_coordinates=True)
+    assert np.isnan(recording.markers.positions[7, 1]).all()
+    assert not recording.events
+
+
+def test_labels_that_stand_twice_are_told_and_counted_once(write, rng):
+    raw, words = take(rng, 10, 4, missing=0)
+    words[3, 0] = words[3, 2] = words[5, 0] = -1
+    path = write(raw, words, ["A", "B", "A", "*1"])
+    assert "labels that stand twice: A" in [e.text for e in read_c3d(path).events]
+    about = files.inspect(path)
+    assert about["markers"] == ["A", "B"]
+    assert about["measured"] == {"A": 9, "B": 10}
+    assert about["missing"] == {"A": 0.1, "B": 0.0}
+    assert contents(read_c3d(path))["markers"] == 2
 
 
 def test_labels_are_utf8_else_latin1(write, rng):

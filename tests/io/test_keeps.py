@@ -65,6 +65,7 @@ def take(rng):
             values=rng.normal(size=(frames, 1)), labels=("E",), units=("V",), rate=100.0
         ),
         source_events=(SourceEvent(time=0.05, label="grasp", context="Right"),),
+        parameters={"c3d": {"groups": {"SUBJECTS": {"USED": 1}}}},
     )
 
 
@@ -115,6 +116,14 @@ def test_one_line_names_what_a_format_loses(suffix, take, tmp_path):
         named = line.removesuffix("; .h5 keeps everything").split(" keeps no ")[1]
         names = [name.partition(" (")[0] for name in named.split(", ")]
         assert (part.name in names) == (key not in KEEPS[suffix])
+
+
+def test_a_c3d_keeps_the_events_of_its_source(take, tmp_path):
+    bare = replace(take, events=())
+    assert "events" not in files.write(tmp_path / "a.c3d", bare)[0]
+    (event,) = files.read(tmp_path / "a.c3d").source_events
+    assert (event.label, event.context) == ("grasp", "Right")
+    assert "events of the source" in files.write(tmp_path / "a.trc", bare)[0]
 
 
 def test_nothing_is_said_where_nothing_is_lost(take, tmp_path):

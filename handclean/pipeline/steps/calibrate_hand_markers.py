@@ -55,7 +55,10 @@ def calibrate_hand_markers(
     labels_sought = load_marker_set(name).labels
     read = [names.matched(sessions.read(source), labels_sought) for source in sources]
     takes = [take for take, _ in read]
-    same = tuple(dict.fromkeys(words for _, told in read for words in told))
+    same = (
+        *dict.fromkeys(words for _, told in read for words in told),
+        *sessions.traps_of_all(sources, takes),
+    )
     has = [names.labels_of(take) for take in takes]
     for source, labels in zip(sources, has, strict=True):
         names.expect_set(source.name, labels, name)

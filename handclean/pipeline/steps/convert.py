@@ -54,7 +54,7 @@ def contents(recording: Recording) -> dict[str, float]:
     return {
         "frames": recording.frames,
         "rate_hz": recording.rate,
-        "markers": len(markers.labels) if markers is not None else 0,
+        "markers": len(set(markers.labels)) if markers is not None else 0,
         "points": len(points.frame) if points is not None else 0,
         "motions": len(recording.motions),
     }

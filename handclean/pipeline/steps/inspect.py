@@ -37,7 +37,7 @@ FIGURES = {
     "numbers": "C3D: integer or float",
     "scale": "C3D: POINT:SCALE",
     "points": "C3D: columns of points",
-    "measured": "C3D: measured samples by marker",
+    "measured": "C3D: frames in which it was measured, by marker",
     "unlabelled_columns": "C3D: columns without a name",
     "model_outputs": "C3D: points that are angles, forces and the like",
     "angles": "C3D: those of them that are angles, of joints or the like",
@@ -86,7 +86,12 @@ _MORE = {"point": " without a name", "joint": " with angles"}
 
 def inspect(source: Source, settings: None) -> Outcome:
     """Look into a file; one that is damaged is read as far as it goes."""
-    about = files.inspect(source.path, rate_hz=source.rate_hz, unit=source.unit)
+    about = files.inspect(
+        source.path,
+        rate_hz=source.rate_hz,
+        unit=source.unit,
+        believe_coordinates=source.believe_coordinates,
+    )
     glove = None
     if about["format"] in _OF_GLOVES:  # late, as it takes half a second
         glove = import_module("handclean.pipeline.glove_inspect")
