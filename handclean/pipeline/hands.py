@@ -63,7 +63,15 @@ def _usage(option: str) -> Iterator[None]:
 def subjects(
     source: Source, *, marked: bool = False, least: int = 1
 ) -> Mapping[str, Subject]:
-    """Subjects by the name of their skeleton and motion: "right", "right_2".
+    """Subjects by the name of their skeleton and motion, see `named`."""
+    found = named(source, marked=marked, least=least)
+    return {name: subject for name, (subject, _) in found.items()}
+
+
+def named(
+    source: Source, *, marked: bool = False, least: int = 1
+) -> Mapping[str, tuple[Subject, Path | None]]:
+    """Subjects and their files by the name of skeleton and motion: "right", "right_2".
 
     Without a subject file the template hand wears the marker set.
 
@@ -80,26 +88,31 @@ def subjects(
     HandcleanError
         If a file is not what it should be.
     """
+    found: list[tuple[Path | None, Subject]] = []
     if not source.subjects:
-        found = [_template(source)]
+        template = _template(source)
         if marked:
-            count = len(found[0].model.labels)
+            count = len(template.model.labels)
             _expect_enough(f"--marker-set {source.marker_set}", count, least)
+        found.append((None, template))
     else:
         read = [(path, read_subject(path)) for path in source.subjects]
-        found = _of_side(read, source.side)
+        found += _of_side(read, source.side)
         if marked:
             _expect_markers(read, least)
-    named: dict[str, Subject] = {}
-    for subject in found:
+    by_name: dict[str, tuple[Subject, Path | None]] = {}
+    for file, subject in found:
         name = subject.model.tree.side or subject.model.tree.kind
-        count = sum(taken.split("_")[0] == name for taken in named)
-        named[f"{name}_{count + 1}" if count else name] = subject
-    return named
+        count = sum(taken.split("_")[0] == name for taken in by_name)
+        by_name[f"{name}_{count + 1}" if count else name] = (subject, file)
+    return by_name
 
 
-def _of_side(found: Sequence[tuple[Path, Subject]], side: str) -> list[Subject]:
+def _of_side(
+    found: Sequence[tuple[Path, Subject]], side: str
+) -> list[tuple[Path, Subject]]:
     """Choose the subjects of a side; there may be one for each hand."""
+    found = list(found)
     if side not in ("", "both"):
         chosen = [(path, s) for path, s in found if s.model.tree.side == side]
         if found and not chosen:
@@ -121,7 +134,7 @@ def _of_side(found: Sequence[tuple[Path, Subject]], side: str) -> list[Subject]:
                 f"--subject: {' and '.join(paths[hand])} are {hand} hands; "
                 "give one for each hand of the take"
             )
-    return [subject for _, subject in found]
+    return found
 
 
 def _expect_markers(found: Sequence[tuple[Path, Subject]], least: int) -> None:

@@ -30,6 +30,9 @@ from handclean.report.settings import CompareConfig
 from handclean.simulation.settings import SimulateConfig
 from handclean.subject.settings import CalibrateConfig
 
+PARTS = (
+    "translation", "rotation", "angles", "angles_sigma", "trusted", "residual",
+)  # fmt: skip
 CLEANING = Cleaning(label=LabelConfig(), fill=FillConfig(), solve=SolveConfig())
 
 
@@ -139,6 +142,18 @@ def test_the_chain_is_its_steps_one_after_the_other(simulated, cleaned, tmp_path
     assert (one_by_one.markers.origin == Origin.FILLED).sum() == (
         figures["filled_samples"]
     )
+    solving = Solving(solve=SolveConfig(), standard=False)
+    third = step("solve", solving, filled, tmp_path / "angles.h5", **given)
+    assert third.pop("kept") == third["hands"] == 1
+    assert {**figures, **third} == figures
+    solved, cleaned = files.read(tmp_path / "angles.h5").motions, recording.motions
+    assert solved.keys() == cleaned.keys()
+    for name, motion in cleaned.items():
+        assert np.isnan(motion.angles_sigma).sum() == 0
+        assert solved[name].names == motion.names
+        for part in PARTS:
+            one, other = getattr(solved[name], part), getattr(motion, part)
+            np.testing.assert_array_equal(one, other, err_msg=part)
 
 
 def test_names_a_take_had_before_labelling_are_said_not_to_be_kept(simulated, tmp_path):

@@ -13,7 +13,7 @@ from handclean.ik.solve import markers_of
 from handclean.ik.take import solve as solve_take
 from handclean.labels.points import cloud_of
 from handclean.labels.size import unit_hint
-from handclean.pipeline import hands, names, sessions
+from handclean.pipeline import bridged, hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Solving
 from handclean.pipeline.outcome import Outcome
@@ -22,27 +22,40 @@ from handclean.recording import Motion, Recording
 FIGURES = {
     "frames": "frames of the take",
     "hands": "hands solved",
+    "kept": "those of them whose motion fill-gaps or clean found at the same settings",
     "trusted": "share of frames whose posture is decided and fits, of the worse hand",
     "residual_mm": "RMS distance of measured markers, all frames and hands",
     "residual_p95_mm": "95th percentile over frames of a frame's RMS distance",
 }
 
+ANEW = "it is solved anew, frame by frame, and nothing bridges them"
+"""What becomes of a hand whose motion in the file is not kept, see `bridged`."""
+
 
 def solve(source: Source, settings: Solving) -> Outcome:
-    """Add the joint angles of every hand."""
+    """Add the joint angles of every hand, or keep those that filling found."""
     recording = sessions.read(source)
     warnings = sessions.traps(source, recording)
     prior = None if settings.standard else hands.prior(source)
-    found = hands.subjects(source, marked=True)
+    named = hands.named(source, marked=True)
+    found = {name: subject for name, (subject, _) in named.items()}
     recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
     misspelt = (*same, *names.remarks(recording, found))
-    for name, subject in found.items():
+    kept, anew = {}, {}
+    solved = []
+    for name, (subject, file) in named.items():
+        why = bridged.refused(recording, name, subject, file, source, settings)
+        if why == "":
+            kept[name] = subject
+            continue
+        anew[name] = subject
+        solved += [f"{name}: {why}; {ANEW}"] if why else []
         recording = solve_take(
             recording, subject, name=name, prior=prior, settings=settings.solve
         )
     expect_sides(recording, found, prior)
-    figures = of_motions(recording, found)
+    figures = {**of_motions(recording, found), "kept": len(kept)}
     return sessions.outcome(
         recording,
         in_words(figures),
@@ -50,10 +63,12 @@ def solve(source: Source, settings: Solving) -> Outcome:
         (
             *warnings,
             *misspelt,
+            *solved,
             *hands.remarks(*found.values()),
             *doubts(recording, found),
             *misplaced(recording, found, prior),
-            *untold(recording, found, prior=prior is not None),
+            *untold(recording, kept, filled=True),
+            *untold(recording, anew, prior=prior is not None),
         ),
         sessions.surfaces(found),
     )
@@ -129,10 +144,11 @@ def of_motions(recording: Recording, names: Iterable[str]) -> dict[str, float]:
 def in_words(figures: dict[str, float]) -> str:
     """Say the figures in a few words."""
     hands = f"{figures['hands']} hands" if figures["hands"] != 1 else "a hand"
+    kept = ", as its gaps were filled" if figures.get("kept") else ""
     return (
         f"solved {hands} in {figures['frames']} frames, "
         f"RMS {figures['residual_mm']:.2f} mm, "
-        f"{100 * figures['trusted']:.0f} % trusted"
+        f"{100 * figures['trusted']:.0f} % trusted{kept}"
     )
 
 
