@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
-from handclean.errors import UnknownSettingError, UsageError
+from handclean.errors import Place, UnknownSettingError, UsageError, Where
 
 S = TypeVar("S")
 
@@ -118,12 +118,12 @@ def load(path: Path | None, table: str, cls: type[S], /, **given: object) -> S:
         If the file cannot be read, a name is unknown, or a value is of the wrong type
         or outside its limits.
     """
-    where = table
+    where: Where = table
     values: dict[str, Any] = {}
     if path is not None:
         part = read(path).get(table)
         if part is not None:
-            where = f"{path} [{table}]"
+            where = Place(path, f" [{table}]")
             values.update(_checked(where, part, cls))
     options = {name: value for name, value in given.items() if value not in (None, ())}
     values.update(_checked(table, options, cls))
@@ -141,7 +141,7 @@ def check(path: Path, classes: Mapping[str, type]) -> None:
     for table, part in read(path).items():
         if table not in classes:
             raise UnknownSettingError(path, "table", table, classes)
-        where = f"{path} [{table}]"
+        where = Place(path, f" [{table}]")
         _made(where, classes[table], _checked(where, part, classes[table]))
 
 
@@ -156,16 +156,21 @@ def read(path: Path) -> dict[str, dict[str, Any]]:
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise UsageError(f"{path}: {(error.strerror or str(error)).lower()}") from None
+        raise UsageError(
+            f"{(error.strerror or str(error)).lower()}", where=path
+        ) from None
     except UnicodeDecodeError:
-        raise UsageError(f"{path}: is not text; it should be TOML in UTF-8") from None
+        raise UsageError(
+            "is not text; it should be TOML in UTF-8", where=path
+        ) from None
     except tomllib.TOMLDecodeError as error:
-        raise UsageError(f"{path}: is not valid TOML: {error}") from None
+        raise UsageError(f"is not valid TOML: {error}", where=path) from None
     for name, part in document.items():
         if not isinstance(part, dict):
             raise UsageError(
-                f"{path}: '{name}' stands outside any table; "
-                "it should follow a line like [fill-gaps]"
+                f"'{name}' stands outside any table; "
+                "it should follow a line like [fill-gaps]",
+                where=path,
             )
     return document
 
@@ -183,14 +188,14 @@ def to_toml(classes: Mapping[str, type]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _made(where: str, cls: type[S], values: Mapping[str, Any]) -> S:
+def _made(where: Where, cls: type[S], values: Mapping[str, Any]) -> S:
     try:
         return cls(**values)
     except ValueError as error:
-        raise UsageError(f"{where}: {error}") from None
+        raise UsageError(f"{error}", where=where) from None
 
 
-def _checked(where: str, given: Mapping[str, Any], cls: type) -> dict[str, Any]:
+def _checked(where: Where, given: Mapping[str, Any], cls: type) -> dict[str, Any]:
     known = {setting.name: setting for setting in settings_of(cls)}
     for name in given:
         if name not in known:
@@ -198,10 +203,10 @@ def _checked(where: str, given: Mapping[str, Any], cls: type) -> dict[str, Any]:
     return {name: _value(where, known[name], value) for name, value in given.items()}
 
 
-def _value(where: str, setting: Setting, value: Any) -> Any:
+def _value(where: Where, setting: Setting, value: Any) -> Any:
     """Return a value as its setting wants it, a list as a tuple, 1 as 1.0."""
     wrong = UsageError(
-        f"{where}: {setting.name} should be {setting.right}, not {value!r}"
+        f"{setting.name} should be {setting.right}, not {value!r}", where=where
     )
     if not setting.is_tuple:
         if not _is(setting.kind, value):
@@ -216,7 +221,7 @@ def _value(where: str, setting: Setting, value: Any) -> Any:
     return tuple(_plain(where, setting, part) for part in value)
 
 
-def _plain(where: str, setting: Setting, value: Any) -> Any:
+def _plain(where: Where, setting: Setting, value: Any) -> Any:
     """Return a value of the right kind, a whole number as a float where one is due."""
     try:
         plain = setting.kind(value)
@@ -224,7 +229,7 @@ def _plain(where: str, setting: Setting, value: Any) -> Any:
         plain = math.inf
     if setting.kind is float and not math.isfinite(plain):
         raise UsageError(
-            f"{where}: {setting.name} should be a finite number, not {value}"
+            f"{setting.name} should be a finite number, not {value}", where=where
         )
     return plain
 

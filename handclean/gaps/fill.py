@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.errors import HandcleanError
+from handclean.errors import TAKE, HandcleanError
 from handclean.gaps import baselines, follow
 from handclean.gaps.posture import Posture, bridge_posture
 from handclean.gaps.runs import Gap, Limits, gaps_of, seen_in
@@ -118,8 +118,9 @@ def fill(
     solve = solve or SolveConfig()
     if not recording.rate > 0.0:
         raise HandcleanError(
-            f"take: its rate is {recording.rate} Hz; gaps are limited in seconds, so "
-            "it should be above 0"
+            f"its rate is {recording.rate} Hz; gaps are limited in seconds, so "
+            "it should be above 0",
+            where=TAKE,
         )
     limits = Limits(
         longest=int(round(settings.max_gap_s * recording.rate, 6)),

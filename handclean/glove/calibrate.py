@@ -241,7 +241,7 @@ def run_task(task: FitTask) -> RotationFit:
     try:
         fitted = fit(task.kind, task.inputs, task.targets, task.settings, rng)
     except HandcleanError as error:
-        raise HandcleanError(f"{task.rotation}: {error}") from None
+        raise HandcleanError(f"{error}", where=task.rotation) from None
     least = task.settings.least_noise
     scale, floor = held_out(
         task.kind, task.inputs, task.targets, task.group, least, rng

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.errors import FileError, UnknownNameError
+from handclean.errors import FileError, UnknownNameError, Where
 from handclean.glove.gloves import Glove
 from handclean.glove.hands import GloveHand
 from handclean.glove.readings import smooth
@@ -29,7 +29,7 @@ _INNER = (0.025, 0.975)
 
 
 def expect_pose(
-    where: str, hand: GloveHand, pose: Mapping[str, float]
+    where: Where, hand: GloveHand, pose: Mapping[str, float]
 ) -> tuple[str, ...]:
     """Expect hinges that hands have at angles they can take; say what is odd.
 
@@ -60,7 +60,9 @@ def expect_pose(
     return expect_reachable(where, hand, rotations)
 
 
-def expect_reachable(where: str, hand: GloveHand, rotations: Floats) -> tuple[str, ...]:
+def expect_reachable(
+    where: Where, hand: GloveHand, rotations: Floats
+) -> tuple[str, ...]:
     """Expect rotations about their active ranges; say which lie beyond.
 
     Parameters
@@ -84,7 +86,7 @@ def expect_reachable(where: str, hand: GloveHand, rotations: Floats) -> tuple[st
     return tuple(told)
 
 
-def _expect(where: str, name: str, angle: float, low: float, high: float) -> float:
+def _expect(where: Where, name: str, angle: float, low: float, high: float) -> float:
     """[rad] by how much an angle lies beyond a range; far beyond is an error."""
     beyond = max(low - angle, angle - high)
     if beyond > _FAR:
@@ -96,7 +98,7 @@ def _expect(where: str, name: str, angle: float, low: float, high: float) -> flo
     return beyond
 
 
-def expect_measured(where: str, glove: Glove, rotations: Floats) -> None:
+def expect_measured(where: Where, glove: Glove, rotations: Floats) -> None:
     """Expect a rotation (R,) that the glove measures among those known (not NaN).
 
     Raises

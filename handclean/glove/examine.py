@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from handclean.arrays import Floats
-from handclean.errors import HandcleanError, UnknownNameError
+from handclean.errors import HandcleanError, UnknownNameError, Where
 from handclean.glove.gloves import Glove
 
 _MEDIAN = 0.418
@@ -35,7 +35,7 @@ class Moved:
     readings : (T, S) in the glove's order.
     """
 
-    where: str
+    where: Where
     sensors: tuple[str, ...]
     readings: Floats
 
@@ -131,8 +131,9 @@ def _range(glove: Glove, recording: Moved) -> tuple[float, float]:
     low, high = np.percentile(values, [1.0, 99.0])
     if not high > low:
         raise HandcleanError(
-            f"{recording.where}: {recording.sensors[0]} never changed although "
-            "its joint moved; is it connected?"
+            f"{recording.sensors[0]} never changed although "
+            "its joint moved; is it connected?",
+            where=recording.where,
         )
     return float(low), float(high)
 
@@ -142,7 +143,8 @@ def _column(glove: Glove, recording: Moved, sensor: str) -> Floats:
     values = values[np.isfinite(values)]
     if len(values) < 30:
         raise HandcleanError(
-            f"{recording.where}: has {len(values)} readings of {sensor}; 30 are needed"
+            f"has {len(values)} readings of {sensor}; 30 are needed",
+            where=recording.where,
         )
     return values
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, UnknownNameError
+from handclean.errors import FileError, Place, UnknownNameError
 from handclean.glove import toml
 from handclean.glove.hands import GloveHand, load_hand
 
@@ -191,16 +191,17 @@ def _pair(path: Path, key: str, value: Any) -> tuple[float, float]:
 
 def _row(path: Path, row: dict[str, Any], hand: GloveHand) -> Correspondence:
     name = toml.text(path, "name", row)
-    hand.index(name, str(path))
+    hand.index(name, path)
     follows = row.get("follows")
     if follows is not None:
-        follows = toml.factors(f"{path} {name}", follows)
+        where = Place(path, f" {name}")
+        follows = toml.factors(where, follows)
         for other in follows:
-            hand.index(other, f"{path} {name}")
+            hand.index(other, where)
     given = [key for key in ("measured_by", "follows", "rest") if key in row]
     if len(given) != 1:
         raise FileError(
-            f"{path} {name}",
+            Place(path, f" {name}"),
             f"has {', '.join(given) or 'nothing that tells it'}",
             "give one of measured_by, follows, rest",
         )
@@ -223,12 +224,12 @@ def _check(path: Path, glove: Glove) -> None:
         for sensor in row.inputs:
             if sensor not in known:
                 raise UnknownNameError(
-                    f"{path} {row.rotation}", "sensor", sensor, known
+                    Place(path, f" {row.rotation}"), "sensor", sensor, known
                 )
         for other in row.follows or ():
             if glove.row(other).follows is not None:
                 raise FileError(
-                    f"{path} {row.rotation}",
+                    Place(path, f" {row.rotation}"),
                     f"follows {other}, which follows others",
                     "name rotations that are measured",
                 )

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, HandcleanError, UnknownNameError
+from handclean.errors import FileError, HandcleanError, Place, UnknownNameError, Where
 from handclean.glove import toml
 from handclean.hand.model import Model
 from handclean.hand.pronation import with_pronation
@@ -47,7 +47,7 @@ class GloveHand:
     reference: tuple[str, ...]
     pronation: bool
 
-    def index(self, rotation: str, where: str = "") -> int:
+    def index(self, rotation: str, where: Where = "") -> int:
         """Number of a rotation.
 
         Raises
@@ -115,7 +115,7 @@ def load_hand(name: str | Path) -> GloveHand:
     rows = toml.tables(path, "rotation", content, _ROTATION)
     names = tuple(toml.text(path, "name", row) for row in rows)
     parts = tuple(
-        toml.factors(f"{path} {name}", row.get("is", {name: 1.0}))
+        toml.factors(Place(path, f" {name}"), row.get("is", {name: 1.0}))
         for name, row in zip(names, rows, strict=True)
     )
     ranges = [toml.numbers(path, "range", row.get("range"), 2) for row in rows]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from handclean.errors import FileError, UnknownNameError
+from handclean.errors import FileError, Place, UnknownNameError, Where
 from handclean.glove import toml
 
 SHIPPED = Path(__file__).parents[1] / "data" / "gloves" / "key_poses.toml"
@@ -24,7 +24,7 @@ def key_poses(path: Path = SHIPPED) -> Mapping[str, Mapping[str, float]]:
     _, content = toml.load(path, path.parent, "file of key poses", "")
     out = {}
     for name, table in content.items():
-        angles = toml.factors(f"{path} [{name}]", table)
+        angles = toml.factors(Place(path, f" [{name}]"), table)
         out[name] = {hinge: float(np.radians(a)) for hinge, a in angles.items()}
     if not out:
         raise FileError(path, "has no pose", "write [name] tables of hinge = degrees")
@@ -48,7 +48,7 @@ def key_pose(name: str) -> Mapping[str, float]:
     return poses[inside]
 
 
-def place_of(name: str) -> str:
-    """Where a key pose is written: what errors about it begin with."""
+def place_of(name: str) -> Where:
+    """Where a key pose is written, for errors about it."""
     file, _, inside = name.rpartition(":")
-    return f"{file} [{inside}]" if file else f"--pose {inside}"
+    return Place(Path(file), f" [{inside}]") if file else f"--pose {inside}"

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
-from handclean.errors import FileError
+from handclean.errors import FileError, Where
 from handclean.glove.gloves import Glove
 from handclean.glove.smooth import smoothed
 
@@ -18,7 +18,7 @@ _STILL = 30
 """Frames in which a sensor that works changes at least once."""
 
 
-def columns(where: object, glove: Glove, sensors: Sequence[str], count: int) -> Ints:
+def columns(where: Where, glove: Glove, sensors: Sequence[str], count: int) -> Ints:
     """(S,) column of each of the glove's sensors in a file, -1 for those not needed.
 
     Parameters
@@ -35,7 +35,7 @@ def columns(where: object, glove: Glove, sensors: Sequence[str], count: int) -> 
     if not sensors:
         if count != len(glove.sensors):
             raise FileError(
-                str(where),
+                where,
                 f"has {count} columns of readings",
                 f"{glove.name} has {len(glove.sensors)} sensors",
             )
@@ -44,7 +44,7 @@ def columns(where: object, glove: Glove, sensors: Sequence[str], count: int) -> 
     if missing:
         few = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
         raise FileError(
-            str(where),
+            where,
             f"has no sensor {few}" if len(missing) < 5 else f"lacks sensors {few}",
             f"{glove.name} needs {len(glove.used)}; the file has "
             + ", ".join(list(sensors)[:4])

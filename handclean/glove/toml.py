@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, UnknownNameError
+from handclean.errors import FileError, Place, UnknownNameError, Where
 
 
 def load(
@@ -56,9 +56,7 @@ def parse(path: Path, content: str, kind: str, table: str) -> dict[str, Any]:
     return found
 
 
-def check_keys(
-    where: Path | str, row: Mapping[str, Any], known: Collection[str]
-) -> None:
+def check_keys(where: Where, row: Mapping[str, Any], known: Collection[str]) -> None:
     """Expect only keys that exist."""
     for key in row:
         if key not in known:
@@ -73,11 +71,11 @@ def tables(
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise FileError(path, f"{name} is {rows!r}", f"write [[{name}]] tables")
     for row in rows:
-        check_keys(f"{path} [[{name}]]", row, known)
+        check_keys(Place(path, f" [[{name}]]"), row, known)
     return rows
 
 
-def text(where: Path | str, key: str, row: Mapping[str, Any]) -> str:
+def text(where: Where, key: str, row: Mapping[str, Any]) -> str:
     """Return a text that is not empty."""
     value = row.get(key)
     if not isinstance(value, str) or not value:
@@ -85,7 +83,7 @@ def text(where: Path | str, key: str, row: Mapping[str, Any]) -> str:
     return value
 
 
-def texts(where: Path | str, key: str, row: Mapping[str, Any]) -> tuple[str, ...]:
+def texts(where: Where, key: str, row: Mapping[str, Any]) -> tuple[str, ...]:
     """Return a list of texts, empty if it is not there."""
     value = row.get(key, [])
     if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
@@ -93,7 +91,7 @@ def texts(where: Path | str, key: str, row: Mapping[str, Any]) -> tuple[str, ...
     return tuple(value)
 
 
-def numbers(where: Path | str, key: str, value: Any, count: int) -> Floats:
+def numbers(where: Where, key: str, value: Any, count: int) -> Floats:
     """Return so many finite numbers."""
     try:
         found = np.array(value, dtype=np.float64)
@@ -104,7 +102,7 @@ def numbers(where: Path | str, key: str, value: Any, count: int) -> Floats:
     return found
 
 
-def factors(where: Path | str, value: Any) -> dict[str, float]:
+def factors(where: Where, value: Any) -> dict[str, float]:
     """Return a table of numbers by name."""
     if not isinstance(value, dict) or not value:
         raise FileError(where, f"{value!r} is no table", "give { name = factor }")

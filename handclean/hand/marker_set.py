@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, UnknownNameError
+from handclean.errors import FileError, Place, UnknownNameError
 from handclean.hand.model import Model
 from handclean.hand.surface import rest_joints, vertex_normals
 from handclean.hand.template import bone_frame, bone_places, template
@@ -188,7 +188,9 @@ def _tables(rows: list[Any]) -> list[tuple[int, dict[str, Any]]]:
 def _marker(path: Path, number: int, row: dict[str, Any]) -> tuple[str, str, Floats]:
     for key in row:
         if key not in _MARKER_KEYS:
-            raise UnknownNameError(f"{path} marker {number}", "key", key, _MARKER_KEYS)
+            raise UnknownNameError(
+                Place(path, f" marker {number}"), "key", key, _MARKER_KEYS
+            )
     for key in ("label",) if "vertex" in row else ("label", "bone"):
         if not isinstance(row.get(key), str) or not row[key]:
             raise FileError(path, f"marker {number}: no {key}", f"give {key} = '...'")

@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from handclean.errors import FileError, HandcleanError, UnknownNameError
+from handclean.errors import FileError, HandcleanError, Place, UnknownNameError
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
@@ -119,7 +119,10 @@ def _tree(
             up = row.get("parent", "")
             if up not in names[:index]:
                 raise UnknownNameError(
-                    f"{path} bone {names[index]}", "bone before it", up, names[:index]
+                    Place(path, f" bone {names[index]}"),
+                    "bone before it",
+                    up,
+                    names[:index],
                 )
             parents.append(names.index(up))
             offsets.append(_numbers(path, "offset", row.get("offset"), 3) / 1e3)
@@ -160,7 +163,7 @@ def _tree(
 def _check_keys(path: Path, table: str, row: dict[str, Any]) -> None:
     for key in row:
         if key not in _KEYS[table]:
-            where = f"{path} [[{table}]]" if table else path
+            where = Place(path, f" [[{table}]]" if table else "")
             raise UnknownNameError(where, "key", key, _KEYS[table])
 
 

@@ -50,7 +50,7 @@ class Surface:
             expect_shape("colors", self.colors, count, 3)
         problem = _problem(self)
         if problem:
-            raise HandcleanError(f"surface: {problem}")
+            raise HandcleanError(problem, where="surface")
 
     def mirrored(self) -> "Surface":
         """Return the mirror image, for the mirrored tree; faces keep looking out."""

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.errors import HandcleanError
+from handclean.errors import TAKE, HandcleanError
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.ik.plausible import MOSTLY, usual_residual
@@ -106,6 +106,7 @@ def refuse(subject: Subject, against: str) -> None:
     side = subject.model.tree.side
     other = "left" if side == "right" else "right"
     raise HandcleanError(
-        f"take: its markers fit the mirror image of '{subject.name}', a {side} hand, "
-        f"better ({against}): is it a {other} hand?"
+        f"its markers fit the mirror image of '{subject.name}', a {side} hand, "
+        f"better ({against}): is it a {other} hand?",
+        where=TAKE,
     )

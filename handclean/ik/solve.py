@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
-from handclean.errors import HandcleanError
+from handclean.errors import TAKE, HandcleanError
 from handclean.hand.model import Model
 from handclean.ik.decide import decide, precision_of
 from handclean.ik.frames import solve_frames
@@ -256,8 +256,9 @@ def markers_of(
     if found is None or not any(label in model.labels for label in found.labels):
         has = ", ".join(found.labels[:6]) if found is not None else ""
         raise HandcleanError(
-            f"take: none of the subject's markers ({', '.join(model.labels[:4])}, ...) "
-            f"are in it; it has {has or 'no labelled markers'}"
+            f"none of the subject's markers ({', '.join(model.labels[:4])}, ...) "
+            f"are in it; it has {has or 'no labelled markers'}",
+            where=TAKE,
         )
     seen: Bools = found.measured if measured_only else found.origin > 0
     out = np.full((recording.frames, len(model.labels), 3), np.nan)

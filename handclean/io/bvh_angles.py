@@ -211,7 +211,7 @@ def _check_unit(path: Path, joint_map: JointMap, unit: str | None) -> None:
     given = METRES[settle_unit(path, None, unit).lower()]
     if abs(given - joint_map.unit_m) > AGREE * joint_map.unit_m:
         said = f"{joint_map.unit_m:g} m of joint map {joint_map.name}"
-        raise UsageError(f"{path}: --unit {unit} contradicts the {said}")
+        raise UsageError(f"--unit {unit} contradicts the {said}", where=path)
 
 
 def map_motion(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> MappedMotion:

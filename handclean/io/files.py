@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Bools
-from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.errors import FileError, HandcleanError, UnsaidError, UsageError
 from handclean.hand.surface import Surface
 from handclean.io.bvh import write_bvh
 from handclean.io.bvh_angles import read_bvh_angles
@@ -198,7 +198,9 @@ def check_suffix(path: Path | str, suffix: str = "") -> str:
     wanted = "." + (suffix or Path(path).suffix).lower().removeprefix(".")
     if wanted not in WRITERS:
         known = " ".join(WRITERS)
-        raise UsageError(f"{path}: no format is called '{wanted}'; writable: {known}")
+        raise UsageError(
+            f"no format is called '{wanted}'; writable: {known}", where=path
+        )
     return wanted
 
 
@@ -239,7 +241,7 @@ def inspect(
         reading, unsaid = _as_far_as_said(path, rate_hz, unit)
     except FileError as error:
         if suffix == ".csv" and may_be_readings(path):
-            raise HandcleanError(f"{error}; {_GLOVE}") from None
+            raise error.with_hint(_GLOVE) from None
         raise
     about = {
         "format": suffix.removeprefix("."),
@@ -262,7 +264,7 @@ def _inspect_h5(path: Path, name: str) -> dict[str, Any]:
         try:
             return inspect_subject(path)
         except HandcleanError as error:
-            traps.append(str(error).removeprefix(f"{path}: "))
+            traps.append(error.wrong)
     part = read_h5(path, name, version=2**31)
     about = {"format": name, **dict(part.attrs), "parts": sorted(part.items)}
     return {**about, "traps": traps}
@@ -276,15 +278,12 @@ def _as_far_as_said(
     for _ in range(3):
         try:
             return _reading(path, rate_hz, unit, True), unsaid
-        except UsageError as error:
-            said = str(error).removeprefix(f"{path}: ")
-            if "give --rate" in said:
+        except UnsaidError as error:
+            if error.option == "--rate":
                 rate_hz = 1.0
-            elif "give --unit" in said:
-                unit = "m"
             else:
-                raise
-            unsaid.append(said)
+                unit = "m"
+            unsaid.append(error.wrong)
     raise FileError(path, "; ".join(unsaid))
 
 

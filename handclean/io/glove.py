@@ -20,7 +20,7 @@ import h5py
 import numpy as np
 
 from handclean.arrays import Floats, expect_shape
-from handclean.errors import FileError, UsageError
+from handclean.errors import FileError, Place, UsageError
 from handclean.io.h5 import write_h5
 from handclean.io.parts import Array, Part
 from handclean.io.writing import write_lines
@@ -108,9 +108,9 @@ class ReadingsFile:
     def _called_time(self) -> str:
         return "dataset 'time'" if _is_h5(self.path) else "column of times"
 
-    def _where(self, number: int) -> str:
+    def _where(self, number: int) -> Place:
         what = "frame" if _is_h5(self.path) else "line"
-        return f"{self.path} {what} {number}"
+        return Place(self.path, f" {what} {number}")
 
     @property
     def has_times(self) -> bool:
@@ -188,10 +188,10 @@ def open_readings(
     said = float(said) if isinstance(said, int | float) and said > 0 else None
     if rate_hz and said and abs(rate_hz / said - 1.0) > _AGREE:
         raise UsageError(
-            f"{path}: --rate {rate_hz:g} Hz, but the file says {said:g} Hz"
+            f"--rate {rate_hz:g} Hz, but the file says {said:g} Hz", where=path
         )
     if not (rate_hz or said):
-        raise UsageError(f"{path}: has no times; give --rate")
+        raise UsageError("has no times; give --rate", where=path)
     return replace(found, rate=float(rate_hz or said or 1.0))
 
 
@@ -236,8 +236,9 @@ def _expect_rate(found: ReadingsFile, rate_hz: float) -> None:
     if np.all(np.abs(steps * rate_hz - 1.0) > _AGREE + _ROUNDED / span):
         rate = 1.0 / steps[1] if abs(steps[1] - steps[0]) > 0.1 * steps[0] else 0.0
         raise UsageError(
-            f"{found.path}: --rate {rate_hz:g} Hz, but its times run at "
-            f"{rate or 1.0 / steps[0]:.4g} Hz"
+            f"--rate {rate_hz:g} Hz, but its times run at "
+            f"{rate or 1.0 / steps[0]:.4g} Hz",
+            where=found.path,
         )
 
 
@@ -322,7 +323,9 @@ def _lines(path: Path, file: Any) -> Iterator[bytes]:
     while line := file.readline(_LONGEST_LINE):
         number += 1
         if len(line) == _LONGEST_LINE:
-            raise FileError(f"{path} line {number}", "is longer than any of readings")
+            raise FileError(
+                Place(path, f" line {number}"), "is longer than any of readings"
+            )
         yield line
 
 
@@ -330,14 +333,18 @@ def _numbers(path: Path, number: int, line: bytes, width: int) -> list[float]:
     cells = line.rstrip(b"\r\n").split(b",")
     if len(cells) != width:
         raise FileError(
-            f"{path} line {number}", f"has {len(cells)} cells", f"not {width} as above"
+            Place(path, f" line {number}"),
+            f"has {len(cells)} cells",
+            f"not {width} as above",
         )
     try:
         return [float(cell) if cell.strip() else math.nan for cell in cells]
     except ValueError:
         wrong = next(c for c in cells if not _is_number(c.decode("utf-8", "replace")))
         shown = wrong[:20].decode("utf-8", "replace").strip()
-        raise FileError(f"{path} line {number}", f"'{shown}' is not a number") from None
+        raise FileError(
+            Place(path, f" line {number}"), f"'{shown}' is not a number"
+        ) from None
 
 
 def _open_h5(path: Path) -> ReadingsFile:
@@ -350,7 +357,7 @@ def _open_h5(path: Path) -> ReadingsFile:
             raise FileError(path, *_NO_READINGS)
         for key in ("readings", "time"):
             if key in file and not _is_plain(file, key):
-                raise FileError(f"{path}/{key}", "should hold numbers of its own")
+                raise FileError(Place(path) / key, "should hold numbers of its own")
         if "time" in file and file["time"].shape != readings.shape[:1]:
             raise FileError(path, f"has {len(readings)} frames and other times")
         names = _names(file)

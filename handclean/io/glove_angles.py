@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handclean.arrays import Floats
+from handclean.errors import Place
 from handclean.io import seal
 from handclean.io.h5 import LIBRARY, put, put_attrs, storage_of
 from handclean.io.parts import Part
@@ -50,14 +51,14 @@ def write_long(
     try:
         with h5py.File(path, "r+", libver=LIBRARY) as file:
             group = file.create_group("motion").create_group(name)
-            put(group, Part(items={"names": list(hinges)}), str(path))
+            put(group, Part(items={"names": list(hinges)}), Place(path))
             for key, (values, units) in sorted(motion.items()):
                 _write(group, key, values, units)
             if tips is not None:
                 labels, places = tips
                 group = file.create_group("markers")
                 own = {"labels": list(labels), "model": [name] * len(labels)}
-                put(group, Part(items=own), str(path))
+                put(group, Part(items=own), Place(path))
                 _write(group, "positions", places, "m")
         seal.renew(path)
     except OSError as error:

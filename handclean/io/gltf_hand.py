@@ -380,7 +380,7 @@ def _surface(
             colors=None if mesh.colors is None else mesh.colors[first],
         )
     except HandcleanError as error:
-        raise glb.fail(str(error).removeprefix("surface: ")) from None
+        raise glb.fail(error.wrong) from None
 
 
 def _heaviest(weights: Floats) -> tuple[Ints, Floats]:

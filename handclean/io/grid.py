@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError
+from handclean.errors import FileError, Place
 
 MOST_COLUMNS = 100_000
 
@@ -26,9 +26,9 @@ class Lines:
         self._stream = BytesIO(content)
 
     @property
-    def where(self) -> str:
+    def where(self) -> Place:
         """The file and the line read last, for messages."""
-        return f"{self.path} line {self.number}"
+        return Place(self.path, f" line {self.number}")
 
     def next(self) -> bytes | None:
         """Return the next line without its end, None after the last."""
@@ -104,8 +104,8 @@ def read_numbers(
             saved = len(values) // columns
             if not lenient:
                 hint = f"a cut file? --lenient saves {saved} rows"
-                raise FileError(lines.path, _after(error, lines), hint) from None
-            traps.append(f"the last line was left out: {_after(error, lines)}")
+                raise FileError(lines.path, _after(error), hint) from None
+            traps.append(f"the last line was left out: {_after(error)}")
     if not values:
         raise FileError(lines.path, "has no frames")
     grid = np.frombuffer(values, dtype=np.float64).reshape(-1, columns).copy()
@@ -116,8 +116,10 @@ def read_numbers(
     return grid
 
 
-def _after(error: FileError, lines: Lines) -> str:
-    return str(error).removeprefix(f"{lines.path} ")
+def _after(error: FileError) -> str:
+    """What is wrong in which line, for a message that names the file."""
+    part = error.where.part.strip() if isinstance(error.where, Place) else ""
+    return f"{part}: {error.wrong}" if part else error.wrong
 
 
 def _row(
@@ -150,5 +152,7 @@ def _number(lines: Lines, column: int, cell: bytes) -> float:
     shown = cell[:20].decode("utf-8", "replace")
     right = "use a decimal point" if b"," in cell else ""
     raise FileError(
-        f"{lines.where} column {column}", f"'{shown}' is not a number", right
+        Place(lines.path, f" line {lines.number} column {column}"),
+        f"'{shown}' is not a number",
+        right,
     )

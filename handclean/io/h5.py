@@ -31,7 +31,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from handclean.errors import FileError
+from handclean.errors import FileError, Place
 from handclean.io import seal
 from handclean.io.parts import Array, Fact, Part
 from handclean.io.reading import text
@@ -85,7 +85,7 @@ def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> N
         If it cannot be written, or holds something that no file can.
     """
     try:
-        image, at = _image(format_name, version, part, str(path))
+        image, at = _image(format_name, version, part, path)
         seal.write(path, image, at)
     except OSError as error:
         raise unwritable(path, error) from None
@@ -94,25 +94,25 @@ def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> N
         raise FileError(path, f"cannot be written ({reason})") from None
 
 
-def _image(format_name: str, version: int, part: Part, where: str) -> tuple[bytes, int]:
+def _image(format_name: str, version: int, part: Part, path: Path) -> tuple[bytes, int]:
     """Bytes of a file, and where in them its seal goes.
 
     It is built in memory: over a full disk the library would take the process down.
     """
     memory = {"driver": "core", "backing_store": False, "block_size": _GROWS}
-    with h5py.File(where, "w", libver=LIBRARY, **memory) as file:
+    with h5py.File(str(path), "w", libver=LIBRARY, **memory) as file:
         put_attrs(file, {"format": format_name, "version": version})
-        put(file, part, where)
+        put(file, part, Place(path))
         at = seal.put(file)
         image: bytes = file.id.get_file_image()
     return image, at
 
 
-def put(group: h5py.Group, part: Part, where: str) -> None:
+def put(group: h5py.Group, part: Part, where: Place) -> None:
     """Write a part into an open group; errors name it ``where``."""
     put_attrs(group, part.attrs)
     for name, item in sorted(part.items.items()):
-        inner, key = f"{where}/{name}", _escaped(name)
+        inner, key = where / name, _escaped(name)
         if isinstance(item, Part):
             put(group.create_group(key), item, inner)
         elif isinstance(item, Mapping):
@@ -152,7 +152,7 @@ def _texts(texts: Iterable[str]) -> NDArray[Any]:
     return np.array([_utf8(text) for text in texts], dtype=_TEXT)
 
 
-def _encoded(item: Any, where: str) -> tuple[str, NDArray[Any], str]:
+def _encoded(item: Any, where: Place) -> tuple[str, NDArray[Any], str]:
     """Return kind, values and units of what becomes a dataset.
 
     Raises
@@ -184,7 +184,7 @@ def _encoded(item: Any, where: str) -> tuple[str, NDArray[Any], str]:
         raise FileError(where, f"a {kind} cannot be kept in a file") from None
 
 
-def _checked(values: NDArray[Any], where: str) -> NDArray[Any]:
+def _checked(values: NDArray[Any], where: Place) -> NDArray[Any]:
     if values.dtype.kind not in "biuf" or values.dtype.itemsize > 8:
         raise FileError(where, f"{values.dtype} numbers cannot be kept in a file")
     return values
@@ -225,7 +225,7 @@ def read_h5(path: Path, format_name: str, *, version: int = 1) -> Part:
         if at > version:
             wrong = f"is a {format_name} of version {at}"
             raise FileError(path, wrong, f"this handclean knows {version}")
-        return _Reader(path, os.stat(path).st_size).group(file, str(path), 0)
+        return _Reader(path, os.stat(path).st_size).group(file, Place(path), 0)
 
 
 def format_of(path: Path) -> str:
@@ -259,7 +259,7 @@ def _opened(path: Path) -> Iterator[h5py.File]:
 
 def _stated(path: Path, file: h5py.File) -> tuple[str, int]:
     """Return format name and version of a file."""
-    attrs = _Reader(path, 0).attrs(file, str(path))
+    attrs = _Reader(path, 0).attrs(file, Place(path))
     name, version = attrs.get("format"), attrs.get("version")
     if not isinstance(name, str):
         raise FileError(
@@ -278,7 +278,7 @@ class _Reader:
         self._left = _most(size)
         self._objects = _MOST_OBJECTS
 
-    def group(self, group: h5py.Group, where: str, depth: int) -> Part:
+    def group(self, group: h5py.Group, where: Place, depth: int) -> Part:
         """Read a group and all below it."""
         if depth > _DEEPEST:
             raise FileError(where, "groups are nested too deeply")
@@ -287,7 +287,7 @@ class _Reader:
             if depth == 0 and key == seal.NAME:
                 continue
             name = unquote(key)
-            inner = f"{where}/{name}"
+            inner = where / name
             self._objects -= 1
             if self._objects < 0:
                 raise FileError(self._path, "holds too many objects")
@@ -303,7 +303,7 @@ class _Reader:
                 raise FileError(inner, "is neither group nor dataset")
         return Part(self.attrs(group, where), items, where)
 
-    def attrs(self, target: h5py.HLObject, where: str) -> dict[str, Fact]:
+    def attrs(self, target: h5py.HLObject, where: Place) -> dict[str, Fact]:
         """Read the attributes that are single texts or numbers."""
         attrs: dict[str, Fact] = {}
         for name in target.attrs:
@@ -317,7 +317,7 @@ class _Reader:
                 attrs[name] = np.asarray(target.attrs[name]).reshape(-1)[0].item()
         return attrs
 
-    def _dataset(self, dataset: h5py.Dataset, where: str) -> Any:
+    def _dataset(self, dataset: h5py.Dataset, where: Place) -> Any:
         if dataset.is_virtual or dataset.external:
             raise FileError(where, "keeps its data elsewhere")
         creation = dataset.id.get_create_plist()
@@ -349,7 +349,7 @@ class _Reader:
                 return np.asarray(values).item()
         return Array(np.asarray(values, dtype=dataset.dtype), units)
 
-    def _text(self, dataset: h5py.Dataset, kind: Any, where: str) -> Any:
+    def _text(self, dataset: h5py.Dataset, kind: Any, where: Place) -> Any:
         """A text, texts, or what JSON they hold."""
         if dataset.ndim == 0:
             raw = dataset[()]
@@ -369,7 +369,7 @@ class _Reader:
             texts += map(_decoded, some)
         return texts if kind == "list" else tuple(texts)
 
-    def _spend(self, where: str, amount: int) -> None:
+    def _spend(self, where: Place, amount: int) -> None:
         self._left -= amount
         if self._left < 0:
             raise FileError(where, "the file claims far more than it holds")

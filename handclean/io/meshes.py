@@ -156,7 +156,9 @@ def write_mesh(path: Path, mesh: Mesh, *, suffix: str = "") -> tuple[str, ...]:
         lost = ("STL has no colours",) if mesh.colors is not None else ()
     else:
         known = " ".join(SUFFIXES)
-        raise UsageError(f"{path}: no mesh format is called '{kind}'; known: {known}")
+        raise UsageError(
+            f"no mesh format is called '{kind}'; known: {known}", where=path
+        )
     try:
         path.write_bytes(content)
     except OSError as error:
@@ -227,7 +229,7 @@ def _unit(path: Path, raw: Ply, option: str | None) -> str:
     if not raw.unit and option is None:
         say = f"does not say its unit, its longest side is {size:.4g}"
         likely = f" (a hand, if that is {hint})" if hint else ""
-        raise UsageError(f"{path}: {say}; give --unit {hint or 'mm|cm|m'}{likely}")
+        raise UsageError(f"{say}; give --unit {hint or 'mm|cm|m'}{likely}", where=path)
     unit = settle_unit(path, raw.unit or None, option)
     metres = size * METRES[unit.lower()]
     if not SMALLEST <= metres <= LARGEST:

@@ -6,15 +6,23 @@ texts, plain values and further parts. `handclean.io.h5` puts parts into files.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handclean.errors import FileError, HandcleanError
+from handclean.errors import FileError, HandcleanError, Place, Where
 from handclean.tree import JointTree
 
 Fact = str | int | float | bool
+
+
+def within(where: Where, name: str) -> Place | str:
+    """Return the place of a part of what is at ``where``."""
+    if isinstance(where, Path):
+        where = Place(where)
+    return where / name if isinstance(where, Place) else f"{where}/{name}"
 
 
 @dataclass(frozen=True)
@@ -39,7 +47,7 @@ class Part:
 
     attrs: Mapping[str, Fact] = field(default_factory=dict)
     items: Mapping[str, Any] = field(default_factory=dict)
-    where: str = ""
+    where: Where = ""
 
     def fail(self, wrong: str, right: str = "") -> FileError:
         """Return the error to raise about this part."""
@@ -57,7 +65,7 @@ class Part:
         FileError
             If it is not a group.
         """
-        found = self.items.get(name, Part(where=f"{self.where}/{name}"))
+        found = self.items.get(name, Part(where=within(self.where, name)))
         if not isinstance(found, Part):
             raise self.fail(f"{name} should be a group")
         return found
@@ -201,4 +209,4 @@ def tree_from(part: Part) -> JointTree:
     except FileError:
         raise
     except HandcleanError as error:
-        raise part.fail(str(error)) from None
+        raise part.fail(error.wrong) from None

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from handclean.arrays import Bools, Bytes, Floats
-from handclean.errors import FileError, UsageError
+from handclean.errors import FileError, UnsaidError, UsageError
 from handclean.recording import Origin, Points, Recording, Trajectories
 
 METRES = {
@@ -142,10 +142,11 @@ def settle_rate(path: Path, stated: float | None, option: float | None) -> float
         raise UsageError(f"--rate should be a number of Hz above 0, not {option}")
     if stated is None:
         if option is None:
-            raise UsageError(f"{path}: does not say its rate; give --rate HZ")
+            wrong = "does not say its rate; give --rate HZ"
+            raise UnsaidError(path, wrong, "--rate")
         return float(option)
     if option is not None and abs(option - stated) > AGREE * stated:
-        raise UsageError(f"{path}: --rate {option:g} contradicts its {stated:g} Hz")
+        raise UsageError(f"--rate {option:g} contradicts its {stated:g} Hz", where=path)
     return float(stated)
 
 
@@ -163,13 +164,14 @@ def settle_unit(path: Path, stated: str | None, option: str | None) -> str:
         raise UsageError(f"--unit should be mm, cm or m, not '{option}'")
     if stated is None:
         if option is None:
-            raise UsageError(f"{path}: does not say its unit; give --unit mm|cm|m")
+            wrong = "does not say its unit; give --unit mm|cm|m"
+            raise UnsaidError(path, wrong, "--unit")
         return option
     if stated.lower() not in METRES:
         right = "it should be one of mm, cm, dm, m"
         raise FileError(path, f"the unit of length is '{stated}'", right)
     if option is not None and METRES[option.lower()] != METRES[stated.lower()]:
-        raise UsageError(f"{path}: --unit {option} contradicts its {stated}")
+        raise UsageError(f"--unit {option} contradicts its {stated}", where=path)
     return stated
 
 

@@ -79,7 +79,7 @@ def inspect_glb(path: Path) -> dict[str, Any]:
     try:
         hand = read_hand(path)
     except HandcleanError as error:
-        about["traps"] = [str(error).removeprefix(f"{path}: ")]
+        about["traps"] = [error.wrong]
     else:
         tree, surface = hand.subject.model.tree, hand.subject.surface
         assert surface is not None, "an imported hand has a skin"
@@ -171,7 +171,7 @@ def inspect_mesh(path: Path, *, unit: str | None = None) -> dict[str, Any]:
     except UsageError as error:
         if unit is not None:
             raise
-        traps.append(str(error).removeprefix(f"{path}: "))
+        traps.append(error.wrong)
         mesh = read_mesh(path, unit=_plausible(path))
     size = np.ptp(mesh.vertices, axis=0) * 1e3
     if len(mesh.faces) and looks_inwards(mesh):

@@ -181,4 +181,4 @@ def _surface_from(root: Part, bones: int) -> Surface | None:
     except FileError:
         raise
     except HandcleanError as error:
-        raise part.fail(str(error).removeprefix("surface: ")) from None
+        raise part.fail(error.wrong) from None

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handclean.arrays import Bools, Bytes, Floats32
-from handclean.errors import HandcleanError
+from handclean.errors import TAKE, HandcleanError
 from handclean.hand.subject import Subject
 from handclean.ik.plausible import plausible
 from handclean.ik.prior import PosturePrior
@@ -90,7 +90,8 @@ def label(
             "markers should be in view at once"
         )
         raise HandcleanError(
-            f"take: the hand of '{subject.name}' is in none of its frames; {right}"
+            f"the hand of '{subject.name}' is in none of its frames; {right}",
+            where=TAKE,
         )
     trace = pursue(cloud, found, rules, settings, solving)
     if not trace.known.any():
@@ -98,8 +99,9 @@ def label(
             "is it this hand, with these markers, and is the unit of length right?"
         )
         raise HandcleanError(
-            f"take: the hand of '{subject.name}' could be followed in none of its "
-            f"{cloud.frames} frames; {right}"
+            f"the hand of '{subject.name}' could be followed in none of its "
+            f"{cloud.frames} frames; {right}",
+            where=TAKE,
         )
     shown = give_up(trace, int(rules.patience))
     if not trace.known.any():
@@ -108,15 +110,16 @@ def label(
             unit_hint(cloud, subject.model) or "is it this hand, with these markers?"
         )
         raise HandcleanError(
-            f"take: {math.ceil(MOST * count)} of the {count} markers of the hand of "
+            f"{math.ceil(MOST * count)} of the {count} markers of the hand of "
             f"'{subject.name}' were never found together for a while (at most {shown} "
-            f"at once), and fewer fit points of other things as well; {right}"
+            f"at once), and fewer fit points of other things as well; {right}",
+            where=TAKE,
         )
     near = plausible(subject, trace.chosen >= 0, trace.rms)
     wrong = "" if near[trace.known].any() else unit_hint(cloud, subject.model)
     if wrong:
         raise HandcleanError(
-            f"take: no frame fits the hand of '{subject.name}'; {wrong}"
+            f"no frame fits the hand of '{subject.name}'; {wrong}", where=TAKE
         )
     expect_side(cloud, subject, trace, prior, rules, settings, solving)
     return _result(recording, cloud, found, trace, prior, near)

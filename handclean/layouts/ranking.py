@@ -94,8 +94,9 @@ def by_hand(
         near[chosen] = np.inf
         if not near.min() < np.inf:
             raise HandcleanError(
-                f"{name}: {label} is on {markers.tree.bones[bone]}, where no candidate "
-                "is left; allow markers there"
+                f"{label} is on {markers.tree.bones[bone]}, where no candidate "
+                "is left; allow markers there",
+                where=name,
             )
         chosen.append(int(near.argmin()))
     return _made(problem, np.array(chosen, dtype=np.int64), settings, watch)

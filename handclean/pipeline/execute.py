@@ -12,9 +12,10 @@ from typing import Any
 
 import threadpoolctl
 
-from handclean.errors import FileError, HandcleanError
+from handclean.errors import TAKE, FileError, HandcleanError, TakeNumber
 from handclean.pipeline import interrupts, outputs, record, require
 from handclean.pipeline.batch import Report, Source, Task, Work
+from handclean.pipeline.needs import SUBJECT
 from handclean.pipeline.notice import Notice, silent, watching
 from handclean.pipeline.outcome import Outcome
 from handclean.pipeline.outputs import State
@@ -33,8 +34,7 @@ def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
     try:
         report = _do(work, task, notice)
     except HandcleanError as error:
-        text = _placed(task, str(error))
-        report = _failed(text, exit_status=error.exit_status)
+        report = _failed(_placed(task, error), exit_status=error.exit_status)
     except MemoryError:
         report = _failed(f"{where}: there is not enough memory for it")
     except OSError as error:
@@ -54,23 +54,26 @@ def figures_of(work: Work) -> dict[str, str]:
     return figures
 
 
-def _placed(task: Task, text: str) -> str:
+def _placed(task: Task, error: HandcleanError) -> str:
     """Let an error that names no file of the task begin with its input.
 
     What is wrong with another file that a line of a manifest gives, or with what that
     line does not give, names input and line.
     """
-    where = task.sources[0].name
-    if text.startswith("take: "):
-        return where + text.removeprefix("take")
-    if any(str(path) in text for path in [*_inputs(task), *task.outputs]):
-        return text
+    where, file = task.sources[0].name, error.file
+    if error.where == TAKE:
+        return str(error.at(where))
+    if isinstance(error.where, TakeNumber):
+        return str(error.at(task.sources[error.where.number].name))
+    if file in (*_inputs(task), *task.outputs):
+        return str(error)
     for source in task.sources:
-        others = [str(p) for p in files_of(source).values() if p != source.path]
-        if source.at and any(path in text for path in [*others, "--subject: "]):
-            return f"{source.name}: {text} ({source.at})"
-    files = [path for source in task.sources for path in files_of(source).values()]
-    return text if any(str(path) in text for path in files) else f"{where}: {text}"
+        given = file in files_of(source).values()
+        if source.at and (given or error.where == SUBJECT):
+            return f"{source.name}: {error} ({source.at})"
+        if given:
+            return str(error)
+    return f"{where}: {error}"
 
 
 def _inputs(task: Task) -> list[Path]:

@@ -28,7 +28,7 @@ def inspect_glove(path: Path, about: Mapping[str, Any]) -> dict[str, Any]:
         made = [str(entry.get("command", "?")) for entry in steps]
         return {"format": about["format"], **look(path), "steps": made}
     except HandcleanError as error:
-        trap = str(error).removeprefix(f"{path}: ")
+        trap = error.wrong
         return {**about, "traps": [*about["traps"], trap]}
 
 

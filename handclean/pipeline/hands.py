@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from handclean.errors import HandcleanError, UsageError
+from handclean.errors import HandcleanError, UsageError, Where
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import Subject, template_subject
 from handclean.ik.prior import PosturePrior
@@ -55,9 +55,7 @@ def _usage(option: str) -> Iterator[None]:
     try:
         yield
     except HandcleanError as error:
-        text = str(error)
-        place = "" if text.startswith(option) else f"{option} "
-        raise UsageError(place + text) from None
+        raise UsageError.of(error, option) from None
 
 
 def subjects(
@@ -142,15 +140,16 @@ def _expect_markers(found: Sequence[tuple[Path, Subject]], least: int) -> None:
     for path, subject in found:
         if not subject.model.labels:
             right = f"calibrate-hand markers --subject {path} finds them"
-            raise UsageError(f"{path}: has no markers; {right}")
+            raise UsageError(f"has no markers; {right}", where=path)
         _expect_enough(path, len(subject.model.labels), least)
 
 
-def _expect_enough(where: object, count: int, least: int) -> None:
+def _expect_enough(where: Where, count: int, least: int) -> None:
     if count < least:
         raise UsageError(
-            f"{where}: has {count} marker{'s' * (count != 1)}; labelling needs {least} "
-            "at least ('solve' takes fewer, of takes that are labelled)"
+            f"has {count} marker{'s' * (count != 1)}; labelling needs {least} "
+            "at least ('solve' takes fewer, of takes that are labelled)",
+            where=where,
         )
 
 
@@ -214,7 +213,7 @@ def prior(source: Source) -> PosturePrior:
 
 def _template(source: Source) -> Subject:
     if not source.marker_set:
-        raise UsageError(needs.NO_HAND)
+        raise needs.no_hand()
     marker_set = load_marker_set(source.marker_set)
     if source.side == "both":
         raise UsageError("--side both: needs a --subject for each hand")

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from handclean.errors import UsageError
+from handclean.errors import Place, UsageError
 from handclean.hand.surface import Surface
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
@@ -50,7 +50,7 @@ def wearer(
     subject = read_subject(path)
     tree = subject.model.tree
     if tree.kind != "hand":
-        raise UsageError(f"--subject {path}: is no hand")
+        raise UsageError("is no hand", where=Place(path, option="--subject"))
     if side and tree.side != side:
         raise UsageError(f"--side {side}: the subject is a {tree.side} hand")
     skin = subject.surface if subject.surface is not None else template_surface(tree)

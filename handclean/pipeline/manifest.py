@@ -55,10 +55,12 @@ def read(name: str) -> tuple[Line, ...]:
     where = "stdin" if name == "-" else name
     text = _text(name, where)
     if not text.strip():
-        raise UsageError(f"{where}: is empty; it should list the inputs, one per line")
+        raise UsageError(
+            "is empty; it should list the inputs, one per line", where=where
+        )
     first = text.lstrip("\n").split("\n", 1)[0].strip()
     if re.match(r'"?input"?\s*[;\t]', first):
-        raise UsageError(f"{where}: columns should be separated by commas")
+        raise UsageError("columns should be separated by commas", where=where)
     header = [cell.strip() for cell in next(csv.reader([first]))]
     if "input" in header:
         return tuple(_table(where, text, header))
@@ -74,7 +76,7 @@ def _expect_no_header(where: str, cells: list[str]) -> None:
     for cell in cells:
         if cell not in COLUMNS:
             raise UnknownSettingError(where, "column", cell, COLUMNS)
-    raise UsageError(f"{where}: has no column 'input'; its header should name one")
+    raise UsageError("has no column 'input'; its header should name one", where=where)
 
 
 def _like_a_column(cell: str) -> bool:
@@ -86,9 +88,13 @@ def _text(name: str, where: str) -> str:
     try:
         data = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
     except OSError as error:
-        raise UsageError(f"{where}: {(error.strerror or str(error)).lower()}") from None
+        raise UsageError(
+            f"{(error.strerror or str(error)).lower()}", where=where
+        ) from None
     if b"\0" in data:
-        raise UsageError(f"{where}: is not text; a manifest is CSV or a list of paths")
+        raise UsageError(
+            "is not text; a manifest is CSV or a list of paths", where=where
+        )
     return os.fsdecode(data.removeprefix(b"\xef\xbb\xbf"))
 
 
@@ -97,7 +103,7 @@ def _table(where: str, text: str, header: list[str]) -> Iterable[Line]:
         if name not in COLUMNS:
             raise UnknownSettingError(where, "column", name, COLUMNS)
     if len(set(header)) != len(header):
-        raise UsageError(f"{where}: every column should appear once")
+        raise UsageError("every column should appear once", where=where)
     rows = csv.reader(io.StringIO(text, newline=""))
     started = False
     for row in _rows(where, rows):
@@ -109,8 +115,8 @@ def _table(where: str, text: str, header: list[str]) -> Iterable[Line]:
         at = f"{where}, line {rows.line_num}"
         if len(row) != len(header):
             raise UsageError(
-                f"{at}: has {len(row)} cells; "
-                f"it should have {len(header)} like the header"
+                f"has {len(row)} cells; it should have {len(header)} like the header",
+                where=at,
             )
         yield _line(at, dict(zip(header, row, strict=True)))
 
@@ -119,15 +125,17 @@ def _rows(where: str, rows: Iterator[list[str]]) -> Iterator[list[str]]:
     try:
         yield from rows
     except csv.Error as error:
-        raise UsageError(f"{where}: is not CSV: {error}") from None
+        raise UsageError(f"is not CSV: {error}", where=where) from None
 
 
 def _line(where: str, cells: dict[str, str]) -> Line:
     if not cells["input"]:
-        raise UsageError(f"{where}: should name an input")
+        raise UsageError("should name an input", where=where)
     side = cells.get("side", "")
     if side and side not in SIDES:
-        raise UsageError(f"{where}: side should be left, right or both, not '{side}'")
+        raise UsageError(
+            f"side should be left, right or both, not '{side}'", where=where
+        )
     subjects = cells.get("subject", "").split(";")
     return Line(
         input=Path(cells["input"]),

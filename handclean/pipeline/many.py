@@ -194,7 +194,7 @@ def _expect_writable(path: Path | None, tasks: Sequence[Task]) -> None:
         return
     there = path.absolute() if path.exists() else path.absolute().parent
     if path.is_dir() or not there.exists() or not os.access(there, os.W_OK):
-        raise UsageError(f"{path}: cannot be written; --failed should name a file")
+        raise UsageError("cannot be written; --failed should name a file", where=path)
     plan.expect_unused(path, tasks)
 
 

@@ -5,6 +5,7 @@ Nothing is learnt from a frame that is not trusted: its angles count as unknown.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -131,7 +132,7 @@ def common(motions: Sequence[HandMotion], tree: JointTree) -> tuple[str, ...]:
     names = tuple(name for name in own if all(name in m.names for m in motions))
     if not names:
         where = motions[0].where
-        raise UsageError(f"{where}: has no joint angle that the hand has")
+        raise UsageError("has no joint angle that the hand has", where=Path(where))
     return names
 
 

@@ -15,7 +15,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
 
-from handclean.errors import HandcleanError
+from handclean.errors import TAKE, HandcleanError, Where
 from handclean.hand.marker_set import load_marker_set, shipped
 from handclean.hand.subject import Subject
 from handclean.recording import Recording
@@ -146,12 +146,13 @@ def expect_any(recording: Recording, subjects: Mapping[str, Subject]) -> None:
         sets = " or ".join(sorted({s.marker_set for s in subjects.values()}))
         few = ", ".join(sorted(known)[:4])
         raise HandcleanError(
-            f"take: none of the subject's markers ({few}, ...) are in it; "
-            f"{_several(has, known) or _fitting(has, sets)}"
+            f"none of the subject's markers ({few}, ...) are in it; "
+            f"{_several(has, known) or _fitting(has, sets)}",
+            where=TAKE,
         )
 
 
-def expect_set(where: object, has: Sequence[str], name: str) -> None:
+def expect_set(where: Where, has: Sequence[str], name: str) -> None:
     """Expect every marker of a set in a take that is to teach it.
 
     Raises
@@ -167,14 +168,16 @@ def expect_set(where: object, has: Sequence[str], name: str) -> None:
     whole = len(marker_set.labels)
     if (found := near(missing[0], free)) and len(missing) <= whole // 2:
         raise HandcleanError(
-            f"{where}: marker '{missing[0]}' of marker set {marker_set.name} is not "
-            f"in it; it has '{found}'"
+            f"marker '{missing[0]}' of marker set {marker_set.name} is not "
+            f"in it; it has '{found}'",
+            where=where,
         )
     few = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
     raise HandcleanError(
-        f"{where}: {len(missing)} of the {whole} markers of marker set "
+        f"{len(missing)} of the {whole} markers of marker set "
         f"{marker_set.name} are not in it ({few}); "
-        f"{_several(has, missing) or _fitting(has, marker_set.name)}"
+        f"{_several(has, missing) or _fitting(has, marker_set.name)}",
+        where=where,
     )
 
 

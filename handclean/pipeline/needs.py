@@ -14,11 +14,23 @@ LEAST = {"clean": 4, "label": 4}
 MARKER_SET = ("calibrate-hand markers",)
 """Commands that need to know what markers are called."""
 
-NO_HAND = (
-    "--subject: is missing; 'handclean calibrate-hand markers' makes one, "
-    "or --marker-set puts markers on the template hand"
-)
-NO_MARKER_SET = "--marker-set: is missing; it says what the markers are called"
+SUBJECT = "--subject"
+"""Where something is wrong with the subject that is not given."""
+
+
+def no_hand() -> UsageError:
+    """Return the error to raise where a hand is needed and none is given."""
+    return UsageError(
+        "is missing; 'handclean calibrate-hand markers' makes one, "
+        "or --marker-set puts markers on the template hand",
+        where=SUBJECT,
+    )
+
+
+def no_marker_set() -> UsageError:
+    """Return the error to raise where a marker set is needed and none is given."""
+    wrong = "is missing; it says what the markers are called"
+    return UsageError(wrong, where="--marker-set")
 
 
 def expect(work: Work, tasks: Sequence[Task]) -> None:
@@ -35,6 +47,6 @@ def expect(work: Work, tasks: Sequence[Task]) -> None:
     if not sources or any(source.marker_set for source in sources):
         return
     if work.command in MARKER_SET:
-        raise UsageError(NO_MARKER_SET)
+        raise no_marker_set()
     if work.command in HAND and not any(source.subjects for source in sources):
-        raise UsageError(NO_HAND)
+        raise no_hand()

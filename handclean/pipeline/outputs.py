@@ -117,10 +117,9 @@ def _naming(temporary: Path, output: Path) -> Iterator[None]:
     try:
         yield
     except HandcleanError as error:
-        text = str(error).replace(str(temporary), str(output))
-        named = HandcleanError(text)
-        named.exit_status = error.exit_status
-        raise named from None
+        if error.file != temporary:
+            raise
+        raise error.in_file(output) from None
     except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(output)) from None
 

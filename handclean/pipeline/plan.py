@@ -80,7 +80,8 @@ def reducing(
     """
     sources = tuple(_source(batch, line) for line in lines)
     if not sources:
-        raise UsageError(f"{batch.manifest or 'inputs'}: the manifest lists no takes")
+        where = batch.manifest or "inputs"
+        raise UsageError("the manifest lists no takes", where=where)
     if not suffixes:
         return Task(sources=sources, reduces=True)
     if batch.output is None:
@@ -118,12 +119,13 @@ def expect_apart(
         identity = _identity(output)
         if identity in read:
             raise UsageError(
-                f"{output}: is read as well as written; -o should name another place"
+                "is read as well as written; -o should name another place", where=output
             )
         if identity in taken:
             raise UsageError(
-                f"{output}: would be written twice, "
-                f"from {taken[identity]} and from {group[0].name}"
+                f"would be written twice, "
+                f"from {taken[identity]} and from {group[0].name}",
+                where=output,
             )
         taken[identity] = group[0].name
 
@@ -140,7 +142,9 @@ def expect_unused(path: Path, tasks: Iterable[Task]) -> None:
     for task in tasks:
         read = [p for source in task.sources for p in files_of(source).values()]
         if identity in map(_identity, [*read, *task.outputs]):
-            raise UsageError(f"{path}: is also an input or an output of this command")
+            raise UsageError(
+                "is also an input or an output of this command", where=path
+            )
 
 
 def files_of(source: Source) -> dict[str, Path]:
@@ -191,7 +195,8 @@ def _places(
         if len(inputs) == 1:
             return [output]
         raise UsageError(
-            f"{output}: is one file for {len(inputs)} inputs; -o should name a folder"
+            f"is one file for {len(inputs)} inputs; -o should name a folder",
+            where=output,
         )
     _expect_suffix("--format", batch.format, suffixes)
     parent = _common_parent(inputs)
@@ -209,7 +214,7 @@ def _is_folder(output: str, suffixes: Collection[str]) -> bool:
 
 def _expect_suffix(where: Path | str, suffix: str, suffixes: Collection[str]) -> None:
     if not suffix:
-        raise UsageError(f"{where}: should end in {' or '.join(suffixes)}")
+        raise UsageError(f"should end in {' or '.join(suffixes)}", where=where)
     if suffix.lower() not in suffixes:
         raise UnknownSettingError(where, "format for writing", suffix, suffixes)
 

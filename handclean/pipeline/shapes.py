@@ -55,8 +55,10 @@ def mesh(source: Source) -> Outcome:
     """
     if source.target not in MESHES:
         raise UsageError(
-            f"{source.name}: a mesh cannot be written as {source.target}, only as "
-            f"{' '.join(MESHES)}; 'handclean calibrate-hand scan' makes a subject of it"
+            f"a mesh cannot be written as {source.target}, only as "
+            + " ".join(MESHES)
+            + "; 'handclean calibrate-hand scan' makes a subject of it",
+            where=source.path,
         )
     found = read_mesh(source.path, unit=source.unit)
 
@@ -123,13 +125,16 @@ def subject(
     formats = (".h5", ".glb", *MESHES)
     if source.target not in formats:
         raise UsageError(
-            f"{source.name}: a subject cannot be written as {source.target}, only as "
-            + " ".join(formats)
+            f"a subject cannot be written as {source.target}, only as "
+            + " ".join(formats),
+            where=source.path,
         )
     tree = found.model.tree
     own = found.surface
     if tree.kind != "hand" and own is None and source.target != ".h5":
-        raise UsageError(f"{source.name}: '{found.name}' is no hand and has no surface")
+        raise UsageError(
+            f"'{found.name}' is no hand and has no surface", where=source.path
+        )
     skin = template_surface(tree) if own is None and tree.kind == "hand" else own
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:

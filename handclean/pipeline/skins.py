@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from handclean.errors import UsageError
+from handclean.errors import TAKE, UsageError
 from handclean.hand.subject import Subject
 from handclean.hand.surface import Surface
 from handclean.pipeline import hands, sessions
@@ -46,8 +46,9 @@ def _expect_one(found: Mapping[str, Subject], recording: Recording) -> None:
         return
     theirs, has = " and ".join(found), " and ".join(recording.motions)
     raise UsageError(
-        f"take: has the motion of {has}, but --subject is {theirs}; "
-        f"it should be the subject of {has}"
+        f"has the motion of {has}, but --subject is {theirs}; "
+        f"it should be the subject of {has}",
+        where=TAKE,
     )
 
 

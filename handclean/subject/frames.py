@@ -16,7 +16,7 @@ from math import ceil
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
-from handclean.errors import HandcleanError, UnknownNameError
+from handclean.errors import TAKE, HandcleanError, TakeNumber, UnknownNameError
 from handclean.recording import Numbering, Recording
 
 LEAST_FRAMES = 10
@@ -76,9 +76,9 @@ def gather(takes: Sequence[Recording], labels: Sequence[str]) -> Frames:
         raise HandcleanError("calibrate-hand: no take; give at least one labelled take")
     targets, seen, take, frame = [], [], [], []
     for number, recording in enumerate(takes):
-        where = "take" if len(takes) == 1 else f"take {number + 1}"
+        where = TAKE if len(takes) == 1 else TakeNumber(number)
         if recording.markers is None:
-            raise HandcleanError(f"{where}: no labelled markers; label it first")
+            raise HandcleanError("no labelled markers; label it first", where=where)
         for label in labels:
             if label not in recording.markers.labels:
                 known = recording.markers.labels

@@ -49,7 +49,7 @@ def test_a_rotation_a_little_beyond_its_range_is_told():
 
 def test_poses_are_called_by_their_place():
     assert place_of("fist") == "--pose fist"
-    assert place_of("my/poses.toml:claw") == "my/poses.toml [claw]"
+    assert str(place_of("my/poses.toml:claw")) == "my/poses.toml [claw]"
 
 
 def test_noise_is_no_movement_and_drift_is(rng):

@@ -114,6 +114,25 @@ def test_whatever_happens_to_one_input_the_others_are_done(inputs, run):
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("name", ["m", "7", "is", "wrong"])
+def test_a_file_is_named_whatever_it_is_called(folder, run, name):
+    for word, said in [
+        ("take", f"{name}: has no rate"),
+        ("nowhere", f"{name}: has no rate"),
+        ("elsewhere", f"{name}: other.toml line 7: is wrong"),
+        ("wrong", f"{name}: is wrong; it should be right"),
+        ("part", f"{name} line 7: is wrong"),
+    ]:
+        Path(name).write_text(word)
+        assert run(Path(name), output="out.csv")[1][0]["error"] == said
+
+
+def test_an_error_of_one_of_several_takes_names_its_file(inputs, capfd):
+    batch = Batch(inputs=inputs(a="second", b="two"), output="all.csv")
+    many.reduce(Work(command="tally", step="tally"), batch, (".csv",))
+    assert capfd.readouterr().err == "in/b.txt: has no rate\n"
+
+
 def test_results_depend_neither_on_jobs_nor_on_shards(inputs, run, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     texts = {f"S{i % 2}__t{i}": f"slow 0.0{9 - i} {i}" for i in range(7)}

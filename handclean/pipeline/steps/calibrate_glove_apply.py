@@ -222,7 +222,7 @@ def _outcome(
         "sigma_deg": float(sigma),
     }
     if not tally.count:
-        raise HandcleanError(f"{source.path}: in no frame do all sensors read")
+        raise HandcleanError("in no frame do all sensors read", where=source.path)
     return Outcome(
         line=f"{frames} frames, {100 * tally.trusted / frames:.0f} % trusted, "
         f"sigma {sigma:.1f} degrees",

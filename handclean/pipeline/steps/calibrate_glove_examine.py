@@ -47,7 +47,7 @@ def calibrate_glove_examine(
                 "give --moved I_MCP+M_MCP, or call it free-I_MCP+M_MCP.csv",
             )
         recordings.append(
-            examine.Moved(where=str(source.path), sensors=moved, readings=readings)
+            examine.Moved(where=source.path, sensors=moved, readings=readings)
         )
     found_out = examine.examine(
         glove, recordings, settings.examine.coupled_sd, settings.examine.coupled_most

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
-from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.errors import FileError, HandcleanError, Place, UsageError
 from handclean.glove import claims, touch
 from handclean.glove import readings as checks
 from handclean.glove import samples as samples_of
@@ -183,8 +183,9 @@ def _mode(source: Source, settings: GloveSampling) -> str:
     if len(modes) != 1:
         what = " and ".join(f"--{m}" for m in modes) or "nothing that is known"
         raise UsageError(
-            f"{what}: give one of --pose NAME, --hold JOINT=DEG, --touch thumb,index, "
-            "--markers TAKE"
+            "give one of --pose NAME, --hold JOINT=DEG, --touch thumb,index, "
+            "--markers TAKE",
+            where=what,
         )
     return modes[0]
 
@@ -217,7 +218,7 @@ def _stated(
             told = claims.expect_reachable("--hold", hand, stated)
             return stated, "hold " + " ".join(settings.holds), told
     except HandcleanError as error:
-        raise UsageError(str(error)) from None
+        raise UsageError.of(error) from None
     return np.full(len(hand.rotations), np.nan), "", ()
 
 
@@ -271,8 +272,8 @@ def _touch(
         begun = glove_files.read_calibration(source.files["start"])
         if begun.glove.sensors != glove.sensors:
             raise UsageError(
-                f"--start {source.files['start']}: is of glove {begun.glove.name}, "
-                f"the readings are of {glove.name}"
+                f"is of glove {begun.glove.name}, the readings are of {glove.name}",
+                where=Place(source.files["start"], option="--start"),
             )
         start, variance = predict_measured(begun, readings)
         sigma = np.sqrt(np.nan_to_num(variance, nan=_UNKNOWN_SIGMA**2))
@@ -315,7 +316,8 @@ def _markers(one: _Recording, settings: GloveSampling, glove: Glove) -> Floats:
         raise FileError(path, "has no joint angles", "'handclean solve' adds them")
     if len(motions) > 1 and source.side not in motions:
         raise UsageError(
-            f"--markers {path}: has {' and '.join(motions)}; --side should choose"
+            f"has {' and '.join(motions)}; --side should choose",
+            where=Place(path, option="--markers"),
         )
     motion = motions.get(source.side) or next(iter(motions.values()))
     angles = motion.angles.copy()

@@ -48,7 +48,7 @@ def calibrate_hand_markers(
     sets = {source.marker_set for source in sources}
     sides = {source.side for source in sources}
     if sets == {""}:
-        raise UsageError(needs.NO_MARKER_SET)
+        raise needs.no_marker_set()
     if len(sets) > 1 or len(sides) > 1:
         raise UsageError("--manifest: all takes should be of one marker set and side")
     (name,) = sets
@@ -61,7 +61,7 @@ def calibrate_hand_markers(
     )
     has = [names.labels_of(take) for take in takes]
     for source, labels in zip(sources, has, strict=True):
-        names.expect_set(source.name, labels, name)
+        names.expect_set(source.path, labels, name)
     scan_figures: Mapping[str, Any] = {}
     scan_words: tuple[str, ...] = ()
     scanned = _scanned(sources)

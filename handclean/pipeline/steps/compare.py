@@ -48,8 +48,9 @@ def compare(sources: tuple[Source, ...], settings: CompareConfig) -> Outcome:
         if not all(are):
             subject, take = sources if are[0] else sources[::-1]
             raise UsageError(
-                f"{subject.name}: is a subject, but {take.name} is none; "
-                "two takes or two subjects can be compared"
+                f"is a subject, but {take.name} is none; "
+                "two takes or two subjects can be compared",
+                where=subject.path,
             )
         return _subjects(sources)
     reference, test = _read(sources)

@@ -1,6 +1,7 @@
 """How well layouts tell a motion: simulated, solved, compared."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,7 @@ def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Ou
     sets = {source.name: load_marker_set(source.path) for source in sources}
     for name, markers in sets.items():
         if markers.kind != "hand":
-            raise UsageError(f"{name}: is for a rigid object, not a hand")
+            raise UsageError("is for a rigid object, not a hand", where=Path(name))
     forearm = any(markers.forearm for markers in sets.values())
     worn = wearer(sources[0], [motion.side for motion in taken], forearm=forearm)
     motions.common(taken, worn.tree)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.errors import FileError, UnknownNameError, UsageError
+from handclean.errors import FileError, UnknownSettingError, UsageError
 from handclean.hand.marker_set import MarkerSet, load_marker_set, shipped
 from handclean.hand.model import Model
 from handclean.hand.surface import Surface, vertex_normals
@@ -176,9 +176,7 @@ def _glued(settings: LayingOut, tree: JointTree) -> MarkerSet:
     """The set whose markers are to choose from, without those on the forearm."""
     name = settings.from_set
     if not name.endswith(".toml") and name not in shipped():
-        raise UsageError(
-            str(UnknownNameError("--from-set", "marker set", name, shipped()))
-        )
+        raise UnknownSettingError("--from-set", "marker set", name, shipped())
     found = load_marker_set(name)
     if found.kind != "hand":
         raise UsageError(f"--from-set {name}: is for a rigid object, not a hand")

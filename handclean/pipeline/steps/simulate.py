@@ -64,7 +64,7 @@ def tasks(settings: Simulating, folder: Path) -> list[Task]:
         if kind == "glove":
             sensors_of(config.glove)  # is there one?
     except HandcleanError as error:
-        raise UsageError(str(error)) from None
+        raise UsageError.of(error) from None
     planned = []
     for number in range(config.trials):
         subject = f"S{number % config.subjects + 1:02d}"

@@ -5,7 +5,7 @@ import signal
 import time
 from pathlib import Path
 
-from handclean.errors import FileError
+from handclean.errors import TAKE, FileError, HandcleanError, Place, TakeNumber
 from handclean.io.h5 import write_h5
 from handclean.io.parts import Part
 from handclean.io.provenance import provenance_item
@@ -59,6 +59,14 @@ def act(source, word="", argument="", begun=""):
         os._exit(7)
     if word == "wrong":
         raise FileError(source.path, "is wrong", "it should be right")
+    if word == "part":
+        raise FileError(Place(source.path, " line 7"), "is wrong")
+    if word == "elsewhere":
+        raise FileError(Place(Path("other.toml"), " line 7"), "is wrong")
+    if word in ("take", "nowhere"):
+        raise HandcleanError("has no rate", where=TAKE if word == "take" else None)
+    if word == "second":
+        raise HandcleanError("has no rate", where=TakeNumber(1))
     if word == "bug":
         raise ZeroDivisionError("two\nlines")
     if word == "memory":
