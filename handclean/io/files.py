@@ -14,6 +14,7 @@ import numpy as np
 from handclean.arrays import Bools
 from handclean.errors import FileError, HandcleanError, UnsaidError, UsageError
 from handclean.hand.surface import Surface
+from handclean.io import seal
 from handclean.io.bvh import write_bvh
 from handclean.io.bvh_angles import read_bvh_angles
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
@@ -143,9 +144,11 @@ def read(
         If rate or unit are needed and not given, or contradict the file by more than
         0.1 %.
     """
-    reading = _reading(Path(path), rate_hz, unit, lenient, believe_coordinates)
+    with seal.tolerated(lenient) as broken:
+        reading = _reading(Path(path), rate_hz, unit, lenient, believe_coordinates)
     take = reading.recording
-    noted = tuple(Event(start=0, stop=take.frames, text=trap) for trap in reading.traps)
+    traps = (*broken, *reading.traps)
+    noted = tuple(Event(start=0, stop=take.frames, text=trap) for trap in traps)
     return replace(take, events=(*take.events, *noted)) if noted else take
 
 
@@ -223,7 +226,14 @@ def inspect(
     UsageError
         If an option contradicts it.
     """
-    path = Path(path)
+    with seal.tolerated(True) as broken:
+        about = _inspect(Path(path), rate_hz, unit, believe_coordinates)
+    return {**about, "traps": [*broken, *about["traps"]]} if broken else about
+
+
+def _inspect(
+    path: Path, rate_hz: float | None, unit: str | None, believe_coordinates: bool
+) -> dict[str, Any]:
     suffix = path.suffix.lower()
     if suffix in (".csv", ".h5") and is_readings(path):
         return inspect_readings(path, rate_hz)

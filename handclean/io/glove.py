@@ -16,12 +16,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from handclean.arrays import Floats, expect_shape
 from handclean.errors import FileError, Place, UsageError
-from handclean.io.h5 import write_h5
+from handclean.io.h5 import expect_same, open_some, opened, write_h5
+from handclean.io.h5_numbers import Stored
 from handclean.io.parts import Array, Part
 from handclean.io.writing import write_lines
 
@@ -71,6 +71,7 @@ class ReadingsFile:
     _time_column: int = -1
     _skipped: tuple[int, ...] = ()
     _lines: int = 0
+    _stored: Mapping[str, Stored] = field(default_factory=dict)
 
     def chunks(self, size: int) -> Iterator[tuple[Floats, Floats]]:
         """Go through (t,) [s] times and (t, S) readings, so many frames at a time.
@@ -147,15 +148,36 @@ class ReadingsFile:
         return (done + np.arange(len(grid))) / self.rate, values
 
     def _h5(self, size: int) -> Iterator[_Piece]:
-        with _opened(self.path) as file:
-            readings = file["readings"]
-            for begin in range(0, len(readings), size):
-                rows = slice(begin, begin + size)
-                values = np.asarray(readings[rows], dtype=np.float64)
+        readings, time = self._stored["readings"], self._stored.get("time")
+        with opened(self.path) as fd:
+            expect_same(self.path, fd, readings.state)
+            begin = 0
+            clock = None if time is None else _pieces(time.bands(fd, size), size)
+            for values in _pieces(readings.bands(fd, size), size):
                 times = (begin + np.arange(len(values))) / self.rate
-                if self.has_times:
-                    times = np.asarray(file["time"][rows], dtype=np.float64)
+                if clock is not None:
+                    times = next(clock)
                 yield times, values, range(begin + 1, begin + 1 + len(values))
+                begin += len(values)
+            expect_same(self.path, fd, readings.state)
+
+
+def _pieces(bands: Iterator[Any], size: int) -> Iterator[Floats]:
+    """Cut bands into pieces of so many rows, as floats."""
+    kept: list[Floats] = []
+    count = 0
+    for band in bands:
+        rest = np.asarray(band, dtype=np.float64)
+        while count + len(rest) >= size:
+            kept.append(rest[: size - count])
+            rest = rest[size - count :]
+            yield np.concatenate(kept)
+            kept, count = [], 0
+        if len(rest):
+            kept.append(rest)
+            count += len(rest)
+    if kept:
+        yield np.concatenate(kept)
 
 
 def _is_h5(path: Path) -> bool:
@@ -348,67 +370,40 @@ def _numbers(path: Path, number: int, line: bytes, width: int) -> list[float]:
 
 
 def _open_h5(path: Path) -> ReadingsFile:
-    with _opened(path) as file:
-        name = _plain(file.attrs.get("format", FORMAT))
-        if name != FORMAT:
-            raise FileError(path, f"is a {str(name)[:40]}", "not one of readings")
-        readings = file.get("readings")
-        if not isinstance(readings, h5py.Dataset) or readings.ndim != 2:
-            raise FileError(path, *_NO_READINGS)
-        for key in ("readings", "time"):
-            if key in file and not _is_plain(file, key):
-                raise FileError(Place(path) / key, "should hold numbers of its own")
-        if "time" in file and file["time"].shape != readings.shape[:1]:
-            raise FileError(path, f"has {len(readings)} frames and other times")
-        names = _names(file)
-        if names and len(names) != readings.shape[1]:
-            raise FileError(
-                path, f"names {len(names)} sensors for {readings.shape[1]} columns"
-            )
-        facts = {k: _plain(v) for k, v in file.attrs.items()}
-        timed = "time" in file
-        return ReadingsFile(
-            path=path,
-            sensors=names,
-            columns=int(readings.shape[1]),
-            rate=math.nan,
-            facts=facts,
-            _time_column=0 if timed else -1,
-        )
-
-
-def _is_plain(file: Any, key: str) -> bool:
-    """Whether a part is a dataset of numbers that is kept in this file."""
-    item = file[key]
-    return (
-        isinstance(file.get(key, getlink=True), h5py.HardLink)
-        and isinstance(item, h5py.Dataset)
-        and item.dtype.kind in "biuf"
-        and not (item.is_virtual or item.external)
-    )
-
-
-def _opened(path: Path) -> Any:
     try:
-        return h5py.File(path, "r", locking=False)
-    except OSError as error:
-        reason = str(error).splitlines()[0]
-        raise FileError(path, f"cannot be read as HDF5 ({reason})") from None
-
-
-def _names(file: Any) -> tuple[str, ...]:
-    if "sensors" not in file:
-        return ()
-    return tuple(
-        name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
-        for name in file["sensors"][()]
+        root, stored = open_some(path, ["readings", "time", "sensors"])
+    except FileError as error:
+        if error.where not in (Place(path) / "readings", Place(path) / "time"):
+            raise
+        wrong = "should hold numbers of its own"
+        raise FileError(error.where, wrong, error.wrong) from None
+    name = root.attrs.get("format", FORMAT)
+    if name != FORMAT:
+        raise FileError(path, f"is a {str(name)[:40]}", "not one of readings")
+    for key in ("readings", "time"):
+        if root.has(key):
+            raise FileError(Place(path) / key, "should hold numbers of its own")
+    if "readings" not in stored or len(stored["readings"].shape) != 2:
+        raise FileError(path, *_NO_READINGS)
+    frames, columns = stored["readings"].shape
+    if "time" in stored and stored["time"].shape != (frames,):
+        raise FileError(path, f"has {frames} frames and other times")
+    if "sensors" in stored:
+        raise FileError(
+            Place(path) / "sensors", "holds numbers", "not names of sensors"
+        )
+    names = root.texts("sensors") if root.has("sensors") else ()
+    if names and len(names) != columns:
+        raise FileError(path, f"names {len(names)} sensors for {columns} columns")
+    return ReadingsFile(
+        path=path,
+        sensors=names,
+        columns=columns,
+        rate=math.nan,
+        facts=dict(root.attrs),
+        _time_column=0 if "time" in stored else -1,
+        _stored=stored,
     )
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "replace")
-    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def write_readings(

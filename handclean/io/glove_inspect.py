@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from handclean.errors import HandcleanError
-from handclean.io.glove import MARK, head_of, open_readings
+from handclean.io import h5
+from handclean.io.glove import FORMAT, MARK, head_of, open_readings
 
 _AXIS = re.compile(r"[-_ .:][XYZxyz]$")
 _FEW = 3
@@ -20,13 +21,16 @@ def is_readings(path: Path) -> bool:
     """Whether a file says that it holds readings, or (HDF5) nothing else can be meant.
 
     A CSV says so in its first line.
+
+    Raises
+    ------
+    FileError
+        If the file ends in ``.h5`` and is no HDF5, or damaged.
     """
     if path.suffix.lower() == ".h5":
-        try:
-            head_of(path, 0)
-        except HandcleanError:
-            return False
-        return True
+        attrs, names = h5.head_of(path)
+        said = attrs.get("format")
+        return said == FORMAT or (said is None and "readings" in names)
     try:
         with path.open("rb") as file:
             head = file.read(len(MARK) + 3)

@@ -4,25 +4,28 @@ A session, a subject, a posture prior and a calibration are all such files; each
 own ``format`` name and a ``version`` in the attributes of its root.
 
 Written files depend on nothing but their content: no times are kept, parts are in
-alphabetical order, the library version is fixed. Texts are UTF-8 of variable length;
-those of fixed length, as handclean wrote them before, are read too. A seal
-(`handclean.io.seal`) tells whether a file was edited since.
+alphabetical order, the library version is fixed. Texts are UTF-8 of fixed length,
+padded with zeros: HDF5 keeps those of variable length, as handclean wrote them before,
+on a heap without checksums, over which it may loop for ever when a byte is damaged.
+They are read too. A seal (`handclean.io.seal`) tells whether a file was changed since.
 
-Reading trusts nothing: no links to elsewhere, no external or virtual storage, no filter
-but the standard ones (a plug-in would be code), no Python objects, and no more memory
-than `_most` allows a file of that size.
+Reading trusts nothing: structure, attributes and texts are read in another process
+(`handclean.io.h5_walk` says what is refused), which may hang or die; numbers are read
+here, without the library (`handclean.io.h5_numbers`).
 
 Datasets that are no plain array carry an attribute ``kind``: ``text``, ``list`` or
 ``tuple`` (of texts), ``bool``, ``int``, ``float``, ``number`` (of numpy), ``bytes`` (a
-text with zero bytes in it) or ``json`` (tuples come back as lists); a group that is a
-plain dictionary has kind ``dict``. Names that HDF5 cannot take are percent-encoded.
+text with zero bytes in it) or ``json`` (tuples come back as lists; also texts so unlike
+in length that a row of them would be mostly zeros); a group that is a plain dictionary
+has kind ``dict``. Names that HDF5 cannot take are percent-encoded.
 """
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+import stat
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from math import prod
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -32,7 +35,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handclean.errors import FileError, Place
-from handclean.io import seal
+from handclean.io import h5_child, h5_walk, seal
+from handclean.io.h5_numbers import Stored
 from handclean.io.parts import Array, Fact, Part
 from handclean.io.reading import text
 from handclean.io.writing import unwritable
@@ -49,31 +53,8 @@ _CHUNK = 2**20
 _GROWS = 2**22
 """[bytes] by which a file in memory grows."""
 
-_TEXT = h5py.string_dtype("utf-8")
-
-_AT_ONCE = 64
-"""Texts are read so many at a time; each may be as long as the file."""
-
-_FILTERS = {1, 2, 3}  # deflate, shuffle, fletcher32
-_DEEPEST = 16
-_MOST_OBJECTS = 50_000
-_BROKEN = (
-    OSError,
-    RuntimeError,
-    ValueError,
-    LookupError,
-    TypeError,
-    OverflowError,
-    MemoryError,
-    AttributeError,
-    SystemError,
-)
-"""What h5py raises over damaged files."""
-
-
-def _most(size: int) -> int:
-    """[bytes] that the arrays of a file of some size may take in all."""
-    return 2**24 + 64 * size
+_PADDED = 2**20
+"""[bytes] that texts in a row may take; more only if most of it is not padding."""
 
 
 def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> None:
@@ -85,8 +66,8 @@ def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> N
         If it cannot be written, or holds something that no file can.
     """
     try:
-        image, at = _image(format_name, version, part, path)
-        seal.write(path, image, at)
+        image, head = _image(format_name, version, part, path)
+        seal.write(path, image, head)
     except OSError as error:
         raise unwritable(path, error) from None
     except ValueError as error:
@@ -94,18 +75,22 @@ def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> N
         raise FileError(path, f"cannot be written ({reason})") from None
 
 
-def _image(format_name: str, version: int, part: Part, path: Path) -> tuple[bytes, int]:
-    """Bytes of a file, and where in them its seal goes.
+def _image(
+    format_name: str, version: int, part: Part, path: Path
+) -> tuple[bytes, bytes]:
+    """Bytes of a file, and the block that goes before them.
 
     It is built in memory: over a full disk the library would take the process down.
     """
     memory = {"driver": "core", "backing_store": False, "block_size": _GROWS}
-    with h5py.File(str(path), "w", libver=LIBRARY, **memory) as file:
+    with h5py.File(
+        str(path), "w", libver=LIBRARY, userblock_size=seal.BLOCK, **memory
+    ) as file:
         put_attrs(file, {"format": format_name, "version": version})
         put(file, part, Place(path))
-        at = seal.put(file)
+        head = seal.put(file)
         image: bytes = file.id.get_file_image()
-    return image, at
+    return image, head
 
 
 def put(group: h5py.Group, part: Part, where: Place) -> None:
@@ -124,10 +109,11 @@ def put(group: h5py.Group, part: Part, where: Place) -> None:
 
 
 def put_attrs(target: h5py.HLObject, attrs: Mapping[str, Fact]) -> None:
-    """Write attributes, text as UTF-8 of variable length."""
+    """Write attributes, text as UTF-8 of fixed length."""
     for name, fact in sorted(attrs.items()):
         if isinstance(fact, str):
-            target.attrs.create(name, _utf8(fact), dtype=_TEXT)
+            values = _texts([fact.replace("\0", "?")]).reshape(())
+            target.attrs.create(name, values, dtype=values.dtype)
         else:
             target.attrs[name] = fact
 
@@ -148,8 +134,17 @@ def _utf8(text: str) -> bytes:
 
 
 def _texts(texts: Iterable[str]) -> NDArray[Any]:
-    """(N,) texts of variable length."""
-    return np.array([_utf8(text) for text in texts], dtype=_TEXT)
+    """(N,) texts, all as long as the longest."""
+    raw = [_utf8(text) for text in texts]
+    longest = max(map(len, raw), default=0) or 1
+    return np.array(raw, dtype=h5py.string_dtype("utf-8", longest))
+
+
+def _fit_in_a_row(texts: Sequence[str]) -> bool:
+    """Whether texts can stand side by side without much padding."""
+    sizes = [len(_utf8(text)) for text in texts]
+    padded = len(sizes) * max(sizes, default=0)
+    return padded <= max(_PADDED, 4 * sum(sizes))
 
 
 def _encoded(item: Any, where: Place) -> tuple[str, NDArray[Any], str]:
@@ -175,7 +170,7 @@ def _encoded(item: Any, where: Place) -> tuple[str, NDArray[Any], str]:
             return type(item).__name__, np.asarray(item), ""
         case int() if -(2**63) <= item < 2**63:
             return "int", np.asarray(item, dtype=np.int64), ""
-        case list() | tuple() if all(map(_is_plain_text, item)):
+        case list() | tuple() if all(map(_is_plain_text, item)) and _fit_in_a_row(item):
             return type(item).__name__, _texts(item), ""
     try:
         return "json", _texts([json.dumps(item, ensure_ascii=False)]).reshape(()), ""
@@ -192,7 +187,7 @@ def _checked(values: NDArray[Any], where: Place) -> NDArray[Any]:
 
 def storage_of(values: NDArray[Any]) -> dict[str, Any]:
     """How a dataset is laid out: large ones in compressed pieces along T."""
-    if values.ndim == 0 or values.dtype == _TEXT or values.nbytes < _COMPRESS:
+    if values.ndim == 0 or values.dtype.kind == "S" or values.nbytes < _COMPRESS:
         return {"track_times": False}
     row = values.nbytes // values.shape[0]
     rows = min(values.shape[0], max(1, _CHUNK // max(row, 1)))
@@ -205,27 +200,30 @@ def storage_of(values: NDArray[Any]) -> dict[str, Any]:
     }
 
 
-def read_h5(path: Path, format_name: str, *, version: int = 1) -> Part:
+def read_h5(
+    path: Path, format_name: str, *, version: int = 1, shipped: bool = False
+) -> Part:
     """Read a file that `write_h5` or another program wrote.
 
     Parameters
     ----------
     format_name : what its root should say it is.
     version : the latest one that is understood.
+    shipped : it came with handclean; no other process is needed.
 
     Raises
     ------
     FileError
         If it is not such a file, is damaged, or claims more than it holds.
     """
-    with _opened(path) as file:
-        found, at = _stated(path, file)
+    with _walked(path, only=format_name, shipped=shipped) as file:
+        found, at = _stated(path, file.found["attrs"])
         if found != format_name:
             raise FileError(path, f"is a {found[:40]}", f"not a {format_name}")
         if at > version:
             wrong = f"is a {format_name} of version {at}"
             raise FileError(path, wrong, f"this handclean knows {version}")
-        return _Reader(path, os.stat(path).st_size).group(file, Place(path), 0)
+        return file.part()
 
 
 def format_of(path: Path) -> str:
@@ -236,30 +234,176 @@ def format_of(path: Path) -> str:
     FileError
         If it is no HDF5 file or does not say.
     """
-    with _opened(path) as file:
-        return _stated(path, file)[0]
+    with _walked(path, only="") as file:
+        return _stated(path, file.found["attrs"])[0]
+
+
+def head_of(path: Path) -> tuple[Mapping[str, Fact], Sequence[str]]:
+    """Return attributes and names of what is in the root of any HDF5 file.
+
+    Raises
+    ------
+    FileError
+        If it is none.
+    """
+    with _walked(path, only="") as file:
+        return file.found["attrs"], file.found["names"]
+
+
+def read_some(path: Path, keys: Sequence[str]) -> Part:
+    """Read the root's attributes, and only these of its items, of any HDF5 file.
+
+    Raises
+    ------
+    FileError
+        If one of them cannot be read.
+    """
+    with _walked(path, keys=keys) as file:
+        return file.part()
+
+
+def open_some(path: Path, keys: Sequence[str]) -> tuple[Part, dict[str, Stored]]:
+    """Look at the root's attributes and at where the numbers of these items are.
+
+    Returns
+    -------
+    the root with its texts, and the items that are numbers, which can be read later
+
+    Raises
+    ------
+    FileError
+        If one of them is not plain numbers or texts of this file.
+    """
+    with _walked(path, keys=keys) as file:
+        items = file.found["root"]["items"]
+        numbers = {
+            key: file.stored(node, Place(path) / key)
+            for key, node in items.items()
+            if "dtype" in node
+        }
+        texts = {key: node for key, node in items.items() if key not in numbers}
+        root = {"attrs": file.found["attrs"], "items": texts}
+        return file.group(root, Place(path)), numbers
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[h5py.File]:
-    """An HDF5 file for reading; whatever h5py raises over it becomes a `FileError`."""
+def opened(path: Path) -> Iterator[int]:
+    """Open a file for reading; gives its descriptor.
+
+    Raises
+    ------
+    FileError
+        If there is none, it is empty, or no regular file.
+    """
     try:
-        if path.is_dir():
+        about = path.stat()
+        if stat.S_ISDIR(about.st_mode):
             raise FileError(path, "is a directory", "give a file")
-        if not os.stat(path).st_size:
+        if not stat.S_ISREG(about.st_mode):
+            raise FileError(path, "is not a regular file")
+        if not about.st_size:
             raise FileError(path, "is empty")
-        with h5py.File(path, "r", locking=False) as file:
-            yield file
+        fd = os.open(path, os.O_RDONLY)
     except FileNotFoundError:
         raise FileError(path, "no such file") from None
-    except _BROKEN as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise FileError(path, f"cannot be read as HDF5 ({reason})") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(path, f"cannot be read ({reason})") from None
+    try:
+        yield fd
+    except (OSError, MemoryError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or type(error).__name__
+        raise FileError(path, f"cannot be read ({reason})") from None
+    finally:
+        os.close(fd)
 
 
-def _stated(path: Path, file: h5py.File) -> tuple[str, int]:
+def expect_same(path: Path, fd: int, state: Sequence[int]) -> None:
+    """Expect a file to be the one, and as it was, when it was walked.
+
+    Raises
+    ------
+    FileError
+        If it is not.
+    """
+    if h5_walk.identity(os.fstat(fd)) != list(state):
+        raise FileError(path, "changed while it was read", "try again")
+
+
+@dataclass(frozen=True)
+class _File:
+    """A file that was walked, open for reading its numbers."""
+
+    path: Path
+    fd: int
+    found: dict[str, Any]
+    blocks: list[bytes]
+
+    def part(self) -> Part:
+        """All that was walked, with its numbers."""
+        return self.group(self.found["root"], Place(self.path))
+
+    def group(self, node: Mapping[str, Any], where: Place) -> Part:
+        """A group and all below it."""
+        items: dict[str, Any] = {}
+        for key, item in node["items"].items():
+            name = unquote(key)
+            inner = where / name
+            if "items" in item:
+                items[name] = _as_dict(self.group(item, inner))
+            else:
+                items[name] = self._dataset(item, inner)
+        return Part(node["attrs"], items, where)
+
+    def stored(self, node: Mapping[str, Any], where: Place) -> Stored:
+        """Where the numbers of a dataset are."""
+        state = self.found["file"]
+        return Stored(
+            path=self.path, where=where, found=node, blocks=self.blocks, state=state
+        )
+
+    def _dataset(self, node: Mapping[str, Any], where: Place) -> Any:
+        kind, units = node["attrs"].get("kind", ""), node["attrs"].get("units", "")
+        if not isinstance(units, str):
+            raise FileError(where, "its units are no text")
+        if "text" in node:
+            return _from_json(node["text"], where) if kind == "json" else node["text"]
+        if "texts" in node:
+            return node["texts"] if kind == "list" else tuple(node["texts"])
+        values = self.stored(node, where).whole(self.fd)
+        match kind:
+            case "bytes":
+                return text(values.tobytes())
+            case "number":
+                return values[()]
+            case "bool" | "int" | "float" if values.ndim == 0:
+                return values.item()
+        return Array(values, units)
+
+
+@contextmanager
+def _walked(
+    path: Path,
+    *,
+    only: str | None = None,
+    keys: Sequence[str] | None = None,
+    shipped: bool = False,
+) -> Iterator[_File]:
+    """Walk a file whose seal, if it has one, is whole, and open it for its numbers."""
+    wanted = None if keys is None else list(keys)
+    with opened(path) as fd:
+        if shipped:
+            found, blocks = h5_walk.walk(str(path), only=only, keys=wanted)
+        else:
+            found, blocks = h5_child.walked(path, only=only, keys=wanted)
+        if found["root"] is not None and found["seal"] is not None:
+            seal.expect_whole(path, fd, found["seal"])
+        yield _File(path, fd, found, blocks)
+        expect_same(path, fd, found["file"])
+
+
+def _stated(path: Path, attrs: Mapping[str, Fact]) -> tuple[str, int]:
     """Return format name and version of a file."""
-    attrs = _Reader(path, 0).attrs(file, Place(path))
     name, version = attrs.get("format"), attrs.get("version")
     if not isinstance(name, str):
         raise FileError(
@@ -268,111 +412,6 @@ def _stated(path: Path, file: h5py.File) -> tuple[str, int]:
     if not isinstance(version, int) or version < 1:
         raise FileError(path, f"is a {name[:40]} without a version")
     return name, version
-
-
-class _Reader:
-    """Reads groups into parts and keeps account of what they claim."""
-
-    def __init__(self, path: Path, size: int) -> None:
-        self._path = path
-        self._left = _most(size)
-        self._objects = _MOST_OBJECTS
-
-    def group(self, group: h5py.Group, where: Place, depth: int) -> Part:
-        """Read a group and all below it."""
-        if depth > _DEEPEST:
-            raise FileError(where, "groups are nested too deeply")
-        items: dict[str, Any] = {}
-        for key in group:
-            if depth == 0 and key == seal.NAME:
-                continue
-            name = unquote(key)
-            inner = where / name
-            self._objects -= 1
-            if self._objects < 0:
-                raise FileError(self._path, "holds too many objects")
-            if not isinstance(group.get(key, getlink=True), h5py.HardLink):
-                raise FileError(inner, "links to elsewhere", "it should hold the data")
-            item = group[key]
-            if isinstance(item, h5py.Group):
-                part = self.group(item, inner, depth + 1)
-                items[name] = _as_dict(part)
-            elif isinstance(item, h5py.Dataset):
-                items[name] = self._dataset(item, inner)
-            else:
-                raise FileError(inner, "is neither group nor dataset")
-        return Part(self.attrs(group, where), items, where)
-
-    def attrs(self, target: h5py.HLObject, where: Place) -> dict[str, Fact]:
-        """Read the attributes that are single texts or numbers."""
-        attrs: dict[str, Fact] = {}
-        for name in target.attrs:
-            stored = target.attrs.get_id(name)
-            if stored.shape not in ((), (1,)):
-                continue
-            self._spend(where, stored.dtype.itemsize)
-            if stored.dtype.kind == "S" or h5py.check_string_dtype(stored.dtype):
-                attrs[name] = _decoded(np.asarray(target.attrs[name]).reshape(-1)[0])
-            elif stored.dtype.kind in "biuf":
-                attrs[name] = np.asarray(target.attrs[name]).reshape(-1)[0].item()
-        return attrs
-
-    def _dataset(self, dataset: h5py.Dataset, where: Place) -> Any:
-        if dataset.is_virtual or dataset.external:
-            raise FileError(where, "keeps its data elsewhere")
-        creation = dataset.id.get_create_plist()
-        filters = {creation.get_filter(i)[0] for i in range(creation.get_nfilters())}
-        if not filters <= _FILTERS:
-            raise FileError(where, "is packed with a filter that is not standard")
-        if dataset.shape is None:
-            raise FileError(where, "is empty")
-        for shape in (dataset.shape, dataset.chunks or ()):
-            if prod(shape) * dataset.dtype.itemsize > self._left:
-                claim = " x ".join(map(str, shape))
-                raise FileError(where, f"claims {claim} values, far more than it holds")
-        self._spend(where, prod(dataset.shape) * dataset.dtype.itemsize)
-        attrs = self.attrs(dataset, where)
-        kind, units = attrs.get("kind", ""), attrs.get("units", "")
-        if not isinstance(units, str):
-            raise FileError(where, "its units are no text")
-        if h5py.check_string_dtype(dataset.dtype) or dataset.dtype.kind == "S":
-            return self._text(dataset, kind, where)
-        if dataset.dtype.kind not in "biuf" or dataset.dtype.itemsize > 8:
-            raise FileError(where, f"holds {dataset.dtype}", "not numbers or texts")
-        values = dataset[()]
-        match kind:
-            case "bytes":
-                return text(values.tobytes())
-            case "number":
-                return np.asarray(values)[()]
-            case "bool" | "int" | "float" if np.ndim(values) == 0:
-                return np.asarray(values).item()
-        return Array(np.asarray(values, dtype=dataset.dtype), units)
-
-    def _text(self, dataset: h5py.Dataset, kind: Any, where: Place) -> Any:
-        """A text, texts, or what JSON they hold."""
-        if dataset.ndim == 0:
-            raw = dataset[()]
-            self._spend(where, len(raw))
-            if kind != "json":
-                return _decoded(raw)
-            try:
-                return json.loads(_decoded(raw))
-            except (ValueError, RecursionError):
-                raise FileError(where, "is no JSON") from None
-        if dataset.ndim != 1:
-            raise FileError(where, "texts should stand in one row")
-        texts: list[str] = []
-        for start in range(0, len(dataset), _AT_ONCE):
-            some = dataset[start : start + _AT_ONCE]
-            self._spend(where, sum(map(len, some)))
-            texts += map(_decoded, some)
-        return texts if kind == "list" else tuple(texts)
-
-    def _spend(self, where: Place, amount: int) -> None:
-        self._left -= amount
-        if self._left < 0:
-            raise FileError(where, "the file claims far more than it holds")
 
 
 def _as_dict(part: Part) -> Part | dict[str, Any]:
@@ -385,6 +424,8 @@ def _as_dict(part: Part) -> Part | dict[str, Any]:
     }
 
 
-def _decoded(raw: Any) -> str:
-    """A text as h5py gives it: UTF-8, else Latin-1."""
-    return text(raw.encode("utf-8", "surrogateescape") if isinstance(raw, str) else raw)
+def _from_json(said: str, where: Place) -> Any:
+    try:
+        return json.loads(said)
+    except (ValueError, RecursionError):
+        raise FileError(where, "is no JSON") from None

@@ -40,7 +40,7 @@ def read_prior(path: Path = SHIPPED) -> PosturePrior:
     FileError
         If the file is not one.
     """
-    part = read_h5(path, FORMAT)
+    part = read_h5(path, FORMAT, shipped=path == SHIPPED)
     names = part.texts("names")
     deviations = part.array("deviations", "rad", np.float64, None)
     hinges, directions = len(names), len(deviations)

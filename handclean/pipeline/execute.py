@@ -13,6 +13,7 @@ from typing import Any
 import threadpoolctl
 
 from handclean.errors import TAKE, FileError, HandcleanError, TakeNumber
+from handclean.io import h5_child
 from handclean.pipeline import interrupts, outputs, record, require
 from handclean.pipeline.batch import Report, Source, Task, Work
 from handclean.pipeline.needs import SUBJECT
@@ -74,6 +75,10 @@ def _placed(task: Task, error: HandcleanError) -> str:
         if given:
             return str(error)
     return f"{where}: {error}"
+
+
+def _files(task: Task) -> list[Path]:
+    return [path for source in task.sources for path in files_of(source).values()]
 
 
 def _inputs(task: Task) -> list[Path]:
@@ -151,12 +156,22 @@ def _done(
 
 
 def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
+    lenient = any(source.lenient for source in task.sources)
+    if any(path.suffix.lower() == ".h5" for path in _files(task)):
+        h5_child.start()  # it gets ready while the step is imported
     module = import_module(work.module)
+    from handclean.io import seal  # late, so that help is instant
+
     step: Step = getattr(module, work.module.rsplit(".", 1)[-1])
-    with threadpoolctl.threadpool_limits(1), watching(notice):
+    with (
+        threadpoolctl.threadpool_limits(1),
+        watching(notice),
+        seal.tolerated(lenient) as broken,
+    ):
         given: Source | tuple[Source, ...]
         given = task.sources if task.reduces else task.sources[0]
         outcome = step(given, work.settings)
+    outcome = replace(outcome, warnings=(*broken, *outcome.warnings))
     unknown = [n for n in outcome.figures if not require.is_known(n, module.FIGURES)]
     assert not unknown, f"figures without a meaning: {unknown}"
     assert len(outcome.writers) == len(task.outputs), "a writer for each output"

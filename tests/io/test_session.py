@@ -30,6 +30,7 @@ from handclean.recording import (
     SourceEvent,
     Trajectories,
 )
+from tests.edits import edited
 
 
 def assert_same(a, b, where=""):
@@ -174,7 +175,7 @@ def test_every_dataset_carries_units_and_follows_the_interface(rng, tmp_path):
     write_session(tmp_path / "take.h5", a_take(rng))
     found = {}
     with h5py.File(tmp_path / "take.h5") as file:
-        assert file.attrs["format"] == "handclean session"
+        assert file.attrs["format"] == b"handclean session"
         assert file.attrs["version"] == 2
         assert file.attrs["rate"] == 120.0
         file.visititems(
@@ -185,11 +186,12 @@ def test_every_dataset_carries_units_and_follows_the_interface(rng, tmp_path):
             )
         )
         assert file["markers/labels"].asstr()[0] == "Zeigefinger ä"
-        assert file["skeleton/right"].attrs["kind"] == "hand"
+        assert file["skeleton/right"].attrs["kind"] == b"hand"
         assert file["skeleton/right"].attrs["scale"] > 1
         assert file["markers/origin"].dtype == np.uint8
         assert file["markers/source"].dtype == np.int32
         assert file["motion/right/trusted"].dtype == bool
+    found = {name: units.decode() for name, units in found.items()}
     assert found["markers/positions"] == "m"
     assert found["motion/right/angles"] == "rad"
     assert found["skeleton/right/offsets"] == "m"
@@ -256,45 +258,44 @@ def attr_type(file, at, name):
     return h5py.check_string_dtype(where.attrs.get_id(name).dtype)
 
 
-def test_every_text_is_utf8_of_variable_length(rng, tmp_path):
+def test_every_text_is_utf8_of_fixed_length(rng, tmp_path):
     write_session(tmp_path / "take.h5", a_take(rng))
     with h5py.File(tmp_path / "take.h5") as file:
         attrs, datasets = texts_of(file)
         assert len(attrs) > 20
         assert len(datasets) > 10
-        for at, name in attrs:
-            assert attr_type(file, at, name) == ("utf-8", None)
+        kinds = [attr_type(file, at, name) for at, name in attrs]
+        kinds += [h5py.check_string_dtype(file[at].dtype) for at in datasets]
+        for encoding, length in kinds:
+            assert encoding == "utf-8"
+            assert length is not None, "HDF5's heap has no checksums"
         for at in datasets:
-            assert h5py.check_string_dtype(file[at].dtype) == ("utf-8", None)
             file[at].asstr()[()]
 
 
-def test_files_whose_texts_are_of_fixed_length_are_still_read(rng, tmp_path):
+def test_files_whose_texts_are_of_variable_length_are_still_read(rng, tmp_path):
     take = a_take(rng)
     path = tmp_path / "take.h5"
     write_session(path, take)
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         attrs, datasets = texts_of(file)
         for at in datasets:
             kept = dict(file[at].attrs)
-            values = np.asarray(file[at][()], dtype=object)
-            raw = np.array(values.tolist(), dtype="S")
-            length = max(raw.dtype.itemsize, 1)
+            values = file[at].asstr()[()]
             del file[at]
-            file[at] = raw.astype(h5py.string_dtype("utf-8", length))
+            file.create_dataset(at, data=values, dtype=h5py.string_dtype())
             file[at].attrs.update(kept)
         for at, name in attrs:
             target = file[at] if at else file
-            raw = np.array(str(target.attrs[name]).encode(), dtype="S")
-            length = max(raw.dtype.itemsize, 1)
-            target.attrs[name] = raw.astype(h5py.string_dtype("utf-8", length))
-        assert file.attrs["format"] == b"handclean session"
+            target.attrs[name] = target.attrs[name].decode()
+        assert file.attrs["format"] == "handclean session"
+        assert h5py.check_string_dtype(file["markers/labels"].dtype).length is None
     assert_same(read_session(path), take)
 
 
 def test_texts_that_are_no_utf8_are_read_as_latin1(tmp_path):
     write_session(tmp_path / "take.h5", Recording(rate=1.0, frames=1))
-    with h5py.File(tmp_path / "take.h5", "a") as file:
+    with edited(tmp_path / "take.h5") as file:
         group = file.create_group("markers")
         group["labels"] = np.array(["Fl\xfcgel".encode("latin-1")])
         group["positions"] = np.zeros((1, 1, 3))
@@ -315,7 +316,7 @@ def test_characters_that_utf8_has_not_become_question_marks(tmp_path):
 def test_one_long_text_that_stands_for_many_takes_no_memory(tmp_path):
     path, count = tmp_path / "take.h5", 20_000
     write_session(path, Recording(rate=1.0, frames=1))
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         labels = file.create_dataset("markers/labels", count, h5py.string_dtype())
         labels[0] = "x" * 100_000
         at = labels.id.get_offset()
@@ -335,7 +336,7 @@ def test_one_long_text_that_stands_for_many_takes_no_memory(tmp_path):
 def test_other_programs_texts_are_read_too(tmp_path):
     take = Recording(rate=1.0, frames=1)
     write_session(tmp_path / "take.h5", take)
-    with h5py.File(tmp_path / "take.h5", "a") as file:
+    with edited(tmp_path / "take.h5") as file:
         group = file.create_group("markers")
         group["labels"] = ["ä", "b"]  # variable length
         group["positions"] = np.zeros((1, 2, 3))
@@ -419,7 +420,7 @@ def test_a_session_that_does_not_fit_together_is_refused(
 ):
     path = tmp_path / "take.h5"
     write_session(path, a_take(rng))
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         spoil(file)
     with pytest.raises(FileError, match=complaint) as caught:
         read_session(path)
@@ -438,14 +439,14 @@ def replace(file, name, value):
 def test_a_claim_of_a_million_million_values_takes_no_memory(rng, tmp_path):
     path = tmp_path / "take.h5"
     write_session(path, a_take(rng))
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         del file["markers/positions"]
         file["markers"].create_dataset(
             "positions", shape=(10**9, 1000), dtype="f8", chunks=(10, 10)
         )
     with pytest.raises(FileError, match="more than it holds"):
         read_session(path)
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         del file["markers/positions"]
         for i in range(200):  # each modest, together not
             file["markers"].create_dataset(
@@ -459,14 +460,14 @@ def test_data_kept_elsewhere_is_not_fetched(rng, tmp_path):
     path = tmp_path / "take.h5"
     write_session(path, a_take(rng))
     (tmp_path / "raw").write_bytes(bytes(8000))
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         del file["markers/sigma"]
         layout = h5py.VirtualLayout(shape=(40, 3), dtype="f4")
         layout[:] = h5py.VirtualSource(tmp_path / "b.h5", "x", shape=(40, 3))
         file["markers"].create_virtual_dataset("sigma", layout)
     with pytest.raises(FileError, match="elsewhere"):
         read_session(path)
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         del file["markers/sigma"]
         file["markers"].create_dataset(
             "sigma", (40, 3), "f4", external=[(str(tmp_path / "raw"), 0, 480)]
@@ -478,7 +479,7 @@ def test_data_kept_elsewhere_is_not_fetched(rng, tmp_path):
 def test_filters_that_would_need_a_plugin_are_refused(rng, tmp_path):
     path = tmp_path / "take.h5"
     write_session(path, a_take(rng))
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         del file["markers/sigma"]
         file["markers"].create_dataset(
             "sigma", data=np.zeros((40, 3), "f4"), compression="lzf"
@@ -490,11 +491,11 @@ def test_filters_that_would_need_a_plugin_are_refused(rng, tmp_path):
 def test_python_objects_and_loops_are_refused(rng, tmp_path):
     path = tmp_path / "take.h5"
     write_session(path, a_take(rng))
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         file["markers/reference"] = file["markers/sigma"].ref
     with pytest.raises(FileError, match="not numbers or texts"):
         read_session(path)
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         del file["markers/reference"]
         file["parameters/again"] = file["parameters"]
     with pytest.raises(FileError, match="too deeply"):

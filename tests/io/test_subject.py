@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 
@@ -16,6 +15,7 @@ from handclean.io.parts import Array, Part
 from handclean.io.subject import FORMAT, read_subject, write_subject
 from handclean.pipeline.batch import Source
 from handclean.pipeline.steps.inspect import FIGURES, inspect
+from tests.edits import edited
 
 
 @pytest.fixture
@@ -114,7 +114,7 @@ def test_inspecting_a_subject_tells_whose_hand_it_is_and_how_well_known(
 def test_a_damaged_subject_is_inspected_as_far_as_it_goes(tmp_path, scanned):
     path = tmp_path / "s.h5"
     write_subject(path, scanned)
-    with h5py.File(path, "r+") as file:
+    with edited(path) as file:
         del file["markers/labels"]
     found = inspect(Source(path=path), None).figures
     assert "markers" in found["parts"]

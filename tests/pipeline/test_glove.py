@@ -5,7 +5,6 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
@@ -38,6 +37,7 @@ from handclean.pipeline.steps import simulate as simulating
 from handclean.recording import Motion, Recording
 from handclean.simulation.glove import RATE, simulate_glove
 from handclean.simulation.settings import SimulateConfig
+from tests.edits import edited
 
 QUICK = GloveFitConfig(starts=1, pseudo_inputs=20, evaluations=30, most=300)
 SAMPLING = GloveSampling(
@@ -564,7 +564,7 @@ def test_files_of_other_kinds_are_refused(folder, samples, calibration):
 def test_a_damaged_calibration_is_refused(folder, calibration):
     path = folder / "damaged.h5"
     shutil.copy(calibration, path)
-    with h5py.File(path, "r+") as file:
+    with edited(path) as file:
         del file["rotations/index_pip_flexion/model/input_center"]
     report = apply(folder / "no.h5", folder / "w2_motion.csv", path)
     assert "input_center" in report.error

@@ -34,6 +34,7 @@ from handclean.pipeline.steps.inspect import inspect
 from handclean.recording import Motion, Recording
 from handclean.simulation.glove import simulate_glove
 from handclean.simulation.settings import SimulateConfig
+from tests.edits import edited
 
 SAMPLING = GloveSampling(
     sample=GloveSampleConfig(most=60), pose="", holds=(), touch="", glove=""
@@ -302,7 +303,7 @@ def test_inspect_tells_what_it_can_of_damaged_samples(folder):
     report = sample(folder, "pose-flat-1", pose="flat")
     assert report.status == "done", report.error
     path = (folder / "out.h5").rename(folder / "damaged.h5")
-    with h5py.File(path, "r+") as file:
+    with edited(path) as file:
         del file["readings"]
     about = look(path)
     assert about.figures["format"] == "handclean glove samples"
