@@ -102,15 +102,40 @@ def _setting(field: "dataclasses.Field[Any]", hint: Any) -> Setting:
     )
 
 
-def load(path: Path | None, table: str, cls: type[S], /, **given: object) -> S:
-    """Put settings together: defaults, then a table of a file, then options.
+@dataclass(frozen=True)
+class Layer:
+    """Settings that lie above the defaults and beneath whatever is laid on them.
+
+    Attributes
+    ----------
+    where : what says so, for messages.
+    values : by the names of settings.
+    """
+
+    where: Where
+    values: Mapping[str, Any]
+
+
+def load(
+    path: Path | None,
+    table: str,
+    cls: type[S],
+    /,
+    beneath: Layer | None = None,
+    **given: object,
+) -> S:
+    """Put settings together: each layer beats those beneath it, whatever it says.
+
+    Beneath all are the defaults, then comes what a file of the command's own sets, then
+    a table of the configuration file, then options.
 
     Parameters
     ----------
     path : configuration file, or None.
     table : its table; one that is not there counts as empty.
     cls : settings class.
-    **given : values given as options; ``None`` and ``()`` mean "not given".
+    beneath : what lies beneath the configuration file, if anything does.
+    **given : values given as options; ``None`` means "not given".
 
     Raises
     ------
@@ -118,16 +143,17 @@ def load(path: Path | None, table: str, cls: type[S], /, **given: object) -> S:
         If the file cannot be read, a name is unknown, or a value is of the wrong type
         or outside its limits.
     """
-    where: Where = table
+    layers = [] if beneath is None else [beneath]
+    if path is not None and (part := read(path).get(table)) is not None:
+        layers.append(Layer(Place(path, f" [{table}]"), part))
+    options = {name: value for name, value in given.items() if value is not None}
+    layers.append(Layer(table, options))
     values: dict[str, Any] = {}
-    if path is not None:
-        part = read(path).get(table)
-        if part is not None:
-            where = Place(path, f" [{table}]")
-            values.update(_checked(where, part, cls))
-    options = {name: value for name, value in given.items() if value not in (None, ())}
-    values.update(_checked(table, options, cls))
-    return _made(where, cls, values)
+    made = cls()
+    for layer in layers:
+        values |= _checked(layer.where, layer.values, cls)
+        made = _made(layer.where, cls, values)
+    return made
 
 
 def check(path: Path, classes: Mapping[str, type]) -> None:

@@ -52,8 +52,30 @@ def test_the_file_beats_defaults_and_options_beat_the_file(written):
 
 def test_options_that_were_not_given_change_nothing(written):
     path = written("[fill-gaps]\nsamples = 7\nmarkers = ['a', 'b']\n")
-    loaded = config.load(path, "fill-gaps", FillConfig, samples=None, markers=())
+    loaded = config.load(path, "fill-gaps", FillConfig, samples=None, method=None)
     assert loaded == FillConfig(samples=7, markers=("a", "b"))
+
+
+def test_what_is_given_beats_the_file_also_where_it_is_the_default(written):
+    path = written("[fill-gaps]\nsamples = 7\nmarkers = ['a', 'b']\nends = true\n")
+    given = {"samples": 3, "markers": (), "ends": False}
+    assert config.load(path, "fill-gaps", FillConfig, **given) == FillConfig()
+
+
+def test_what_lies_beneath_is_beaten_by_the_file_and_by_options(written):
+    path = written("[fill-gaps]\nsamples = 3\n")
+    beneath = config.Layer("own.toml", {"samples": 7, "ends": True, "max_gap_s": 1})
+    loaded = config.load(path, "fill-gaps", FillConfig, beneath, max_gap_s=0.5)
+    assert loaded == FillConfig(ends=True)
+    for wrong in ({"sample": 1}, {"samples": 1.5}, {"max_gap_s": -1.0}):
+        with pytest.raises(UsageError, match=r"^own\.toml: "):
+            config.load(path, "fill-gaps", FillConfig, config.Layer("own.toml", wrong))
+
+
+def test_a_mistake_is_blamed_on_whoever_made_it(written):
+    path = written("[fill-gaps]\nmax_gap_s = 0.2\n")
+    with pytest.raises(UsageError, match=r"^fill-gaps: max_gap_s should be >= 0 s"):
+        config.load(path, "fill-gaps", FillConfig, max_gap_s=-1.0)
 
 
 def test_a_whole_number_is_a_float_and_a_list_a_tuple(written):

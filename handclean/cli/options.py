@@ -13,10 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from handclean import config
 from handclean.cli import completion, tables
 from handclean.pipeline.batch import Batch
+
+_NOT_GIVEN = (ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
 
 Function = Callable[..., Any]
 Decorator = Callable[[Function], Function]
@@ -50,6 +53,26 @@ def _output(
 
 def _suffix(context: click.Context, parameter: click.Parameter, value: str) -> str:
     return value.lower() if value.startswith(".") else f".{value.lower()}"
+
+
+def _several(name: str, flag: str, setting: config.Setting, **about: Any) -> Decorator:
+    """Make an option of a setting that is any number of values.
+
+    A single empty text is none of them, to beat a file that has some.
+    """
+    each = click.types.convert_type(setting.kind)
+
+    def convert(
+        context: click.Context, parameter: click.Parameter, value: tuple[str, ...]
+    ) -> tuple[Any, ...]:
+        if value == ("",):
+            return ()
+        return tuple(each.convert(part, parameter, context) for part in value)
+
+    shown = each.name.upper()
+    return click.option(
+        flag, name, metavar=shown, multiple=True, callback=convert, **about
+    )
 
 
 def _config(
@@ -225,13 +248,26 @@ def with_files(batch: Batch, **given: Path | None) -> Batch:
 
 
 def settings(
-    table: str, cls: type[Any], /, *, prefix: str = "", into: str = "settings"
+    table: str,
+    cls: type[Any],
+    /,
+    *,
+    prefix: str = "",
+    into: str = "settings",
+    beneath: str = "",
 ) -> Decorator:
     """Add an option for every setting; the command receives them as ``into``.
 
-    ``prefix`` comes before the options of one of several settings of a command:
-    "fill" makes ``--fill-max-gap-s`` of ``max_gap_s``. The command needs the group
-    ``TELLING``, which has ``--config``.
+    An option that stands on the command line beats every file, also where it says what
+    is the default anyway. The command needs the group ``TELLING``, which has
+    ``--config``.
+
+    Parameters
+    ----------
+    prefix : comes before the options of one of several settings of a command: "fill"
+        makes ``--fill-max-gap-s`` of ``max_gap_s``.
+    beneath : parameter of the command that has a ``layer`` of settings of its own;
+        configuration file and options beat it.
     """
     start = f"{prefix}_" if prefix else ""
     known = {start + setting.name: setting for setting in config.settings_of(cls)}
@@ -239,9 +275,16 @@ def settings(
     def decorate(function: Function) -> Function:
         @functools.wraps(function)
         def wrapper(**given: Any) -> Any:
-            values = {known[name].name: given.pop(name) for name in known}
-            path = click.get_current_context().meta[CONFIG]
-            loaded: Any = config.load(path, table, cls, **values)
+            context = click.get_current_context()
+            options = {name: given.pop(name) for name in known}
+            values = {
+                known[name].name: value
+                for name, value in options.items()
+                if context.get_parameter_source(name) not in _NOT_GIVEN
+            }
+            layer = given[beneath].layer if beneath else None
+            path = context.meta[CONFIG]
+            loaded: Any = config.load(path, table, cls, layer, **values)
             return function(**{into: loaded}, **given)
 
         return _add(wrapper, [_option(*item) for item in known.items()])
@@ -265,8 +308,8 @@ def _option(name: str, setting: config.Setting) -> Decorator:
         about["help"] = f"{setting.help}  [default: {shown}]"
         return click.option(f"{flag}/--no-{flag[2:]}", name, **about)
     if setting.is_tuple and setting.count is None:
-        about["multiple"] = True
-    elif setting.is_tuple:
+        return _several(name, flag, setting, **about)
+    if setting.is_tuple:
         about["nargs"] = setting.count
     return click.option(flag, name, type=setting.kind, **about)
 

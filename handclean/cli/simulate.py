@@ -11,25 +11,37 @@ from handclean.errors import UsageError
 from handclean.pipeline import manifest, many
 from handclean.pipeline.batch import Batch, Work
 from handclean.pipeline.choices import Simulating
+from handclean.simulation.scenarios import Scenario, find_scenario
 from handclean.simulation.settings import SCENARIOS, SimulateConfig
 
 
+def _scenario(
+    context: click.Context, parameter: click.Parameter, value: str
+) -> Scenario:
+    return find_scenario(value)
+
+
 @click.command("simulate")
-@click.argument("scenario", shell_complete=completion.words(SCENARIOS, files=True))
-@options.settings("simulate", SimulateConfig)
+@click.argument(
+    "scenario",
+    callback=_scenario,
+    shell_complete=completion.words(SCENARIOS, files=True),
+)
+@options.settings("simulate", SimulateConfig, beneath="scenario")
 @options.batch(
     [options.output, options.overwrite],
     [options.jobs, options.shard, options.fail_fast],
     options.TELLING,
 )
-def command(batch: Batch, scenario: str, settings: SimulateConfig) -> int:
+def command(batch: Batch, scenario: Scenario, settings: SimulateConfig) -> int:
     """Make takes, scans and readings of gloves with known truth.
 
     SCENARIO is grasp, rom, free, demo, scan, glove, or a TOML file with a kind and
-    settings. Into the folder OUT go what the cameras recorded (.c3d), the same with
-    labels (labelled/), the truth (truth/), and the subjects (subjects/); of scan, what
-    the scanner saw (.ply), landmarks (landmarks/), the truth, and the subjects; of
-    glove, what it read (.csv), the truth, and the subjects.
+    settings, which --config and options beat. Into the folder OUT go what the cameras
+    recorded (.c3d), the same with labels (labelled/), the truth (truth/), and the
+    subjects (subjects/); of scan, what the scanner saw (.ply), landmarks (landmarks/),
+    the truth, and the subjects; of glove, what it read (.csv), the truth, and the
+    subjects.
 
     \b
     Example:
@@ -39,7 +51,7 @@ def command(batch: Batch, scenario: str, settings: SimulateConfig) -> int:
     """
     if batch.output is None:
         raise UsageError("-o: is missing; it should name a folder")
-    chosen = Simulating(scenario=scenario, simulate=settings)
+    chosen = Simulating(scenario=scenario.name, kind=scenario.kind, simulate=settings)
     work = replace(Work.of("simulate", batch, chosen), seed=settings.seed)
     steps = import_module(work.module)  # late, so that help is instant
     tasks = steps.tasks(chosen, Path(batch.output))

@@ -89,9 +89,13 @@ class Converting:
 
 @dataclass(frozen=True, kw_only=True)
 class Simulating:
-    """Settings of a simulation, and of what."""
+    """Settings of a simulation, and of what: a scenario's name or file, and its kind.
+
+    A scenario's own settings are among them already.
+    """
 
     scenario: str
+    kind: str
     simulate: SimulateConfig
 
 

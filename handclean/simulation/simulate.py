@@ -5,17 +5,14 @@ cameras, noise, losses, ghosts, columns). Trial k of a seed is the same however 
 trials are made, and a right hand's take is the mirror image of the left hand's.
 """
 
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, UnknownNameError, UsageError
+from handclean.errors import UnknownNameError, UsageError
 from handclean.hand.marker_set import MarkerSet, load_marker_set
 from handclean.hand.subject import Subject
 from handclean.recording import (
@@ -66,75 +63,24 @@ class Trial:
     subject: Subject
 
 
-def load_scenario(
-    scenario: str | Path, settings: SimulateConfig
-) -> tuple[str, SimulateConfig]:
-    """Kind of a scenario, and the settings with what it sets where they do not.
-
-    Parameters
-    ----------
-    scenario : a name or a TOML file with ``kind`` and any of the settings.
-
-    Raises
-    ------
-    UnknownNameError, FileError
-        If there is no such scenario, or its file says what nobody understands.
-    """
-    name = str(scenario)
-    if name in SCENARIOS:
-        if name == "demo":
-            settings = replace(settings, rate_hz=100.0, trials=1, subjects=1)
-        return name, settings
-    path = Path(scenario)
-    if path.suffix != ".toml":
-        raise UnknownNameError("simulate", "scenario", name, tuple(SCENARIOS))
-    try:
-        content: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise FileError(
-            path, "no such file", "give a scenario's name or file"
-        ) from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise FileError(path, f"not a scenario: {error}".splitlines()[0]) from None
-    kind = content.pop("kind", "grasp")
-    if kind not in SCENARIOS:
-        raise UnknownNameError(path, "kind of scenario", str(kind), tuple(SCENARIOS))
-    known = SimulateConfig.__dataclass_fields__
-    given: dict[str, Any] = {}
-    for key, value in content.items():
-        if key not in known:
-            raise UnknownNameError(path, "setting", key, tuple(known))
-        want = type(getattr(settings, key))
-        value = tuple(value) if isinstance(value, list) else value
-        value = float(value) if want is float and type(value) is int else value
-        if type(value) is not want:
-            right = f"{key} should be a {want.__name__}"
-            raise FileError(path, f"{key} = {value!r}", right)
-        if getattr(settings, key) == getattr(SimulateConfig(), key):
-            given[key] = value
-    try:
-        return kind, replace(settings, **given)
-    except ValueError as error:
-        raise FileError(path, str(error)) from None
-
-
-def simulate(scenario: str | Path, settings: SimulateConfig) -> Iterator[Trial]:
+def simulate(kind: str, settings: SimulateConfig) -> Iterator[Trial]:
     """Make the takes of a scenario, one after the other.
 
     Parameters
     ----------
-    scenario : a name or a TOML file, see `load_scenario`.
+    kind : of scenario; those with settings of their own, and those in files, have both
+        from `handclean.simulation.scenarios`.
 
     Raises
     ------
     HandcleanError
         If the scenario, marker set or a grasp class is unknown.
     """
-    for number in range(load_scenario(scenario, settings)[1].trials):
-        yield simulate_one(scenario, settings, number)
+    for number in range(settings.trials):
+        yield simulate_one(kind, settings, number)
 
 
-def simulate_one(scenario: str | Path, settings: SimulateConfig, number: int) -> Trial:
+def simulate_one(kind: str, settings: SimulateConfig, number: int) -> Trial:
     """Make the take of a number, from 0, whatever ``trials`` says.
 
     Raises
@@ -142,7 +88,7 @@ def simulate_one(scenario: str | Path, settings: SimulateConfig, number: int) ->
     HandcleanError
         If the scenario, marker set or a grasp class is unknown.
     """
-    kind, settings = load_scenario(scenario, settings)
+    _expect_kind(kind)
     if kind in ("scan", "glove"):
         raise UsageError(f"scenario {kind}: makes no takes of markers")
     marker_set = load_marker_set(settings.marker_set)
@@ -155,7 +101,12 @@ def simulate_one(scenario: str | Path, settings: SimulateConfig, number: int) ->
     return make_trial(kind, number, person, marker_set, settings)
 
 
-def simulate_scan(scenario: str | Path, settings: SimulateConfig, number: int) -> Scan:
+def _expect_kind(kind: str) -> None:
+    if kind not in SCENARIOS:
+        raise UnknownNameError("simulate", "scenario", kind, tuple(SCENARIOS))
+
+
+def simulate_scan(kind: str, settings: SimulateConfig, number: int) -> Scan:
     """Scan the hand of the subject whose turn it is, from 0.
 
     Raises
@@ -163,7 +114,7 @@ def simulate_scan(scenario: str | Path, settings: SimulateConfig, number: int) -
     HandcleanError
         If the scenario or marker set is unknown.
     """
-    _, settings = load_scenario(scenario, settings)
+    _expect_kind(kind)
     marker_set = load_marker_set(settings.marker_set)
     subject = number % settings.subjects
     return make_scan(

@@ -100,6 +100,18 @@ def test_options_beat_the_configuration_file(call):
     assert settings == program.TallyConfig(times=5, aloud=False, method="file")
 
 
+def test_options_beat_the_file_also_where_they_say_the_default(call):
+    Path("my.toml").write_text(
+        "[tally]\ntimes = 4\naloud = true\nmethod = 'file'\nwords = ['a']\n"
+        "between = [2, 3]\n"
+    )
+    _, settings = call(
+        *words("-c my.toml --times 1 --no-aloud --between 0 1 --words"),
+        *["", "--method", "by hand"],
+    )
+    assert settings == program.TallyConfig()
+
+
 def test_a_mistake_in_any_table_of_the_file_is_found(call):
     Path("my.toml").write_text("[tall]\ntimes = 4\n")
     with pytest.raises(

@@ -27,6 +27,7 @@ from handclean.pipeline.execute import execute
 from handclean.pipeline.steps import label, simulate
 from handclean.recording import Origin
 from handclean.report.settings import CompareConfig
+from handclean.simulation.scenarios import find_scenario, settings_for
 from handclean.simulation.settings import SimulateConfig
 from handclean.subject.settings import CalibrateConfig
 
@@ -53,7 +54,8 @@ def step(command, settings, source, output, **given):
 def simulated(tmp_path_factory):
     """Folder of one short take with its truth."""
     folder = tmp_path_factory.mktemp("simulated")
-    chosen = Simulating(scenario="demo", simulate=SimulateConfig(duration_s=3.0))
+    config = settings_for(find_scenario("demo"), duration_s=3.0)
+    chosen = Simulating(scenario="demo", kind="demo", simulate=config)
     for task in simulate.tasks(chosen, folder):
         done("simulate", chosen, task)
     return folder
@@ -93,7 +95,7 @@ def test_a_trial_does_not_depend_on_how_many_are_made(tmp_path, monkeypatch):
         config = SimulateConfig(
             trials=trials, subjects=2, duration_s=0.5, rate_hz=50.0, occlusion=False
         )
-        chosen = Simulating(scenario="free", simulate=config)
+        chosen = Simulating(scenario="free", kind="free", simulate=config)
         tasks = simulate.tasks(chosen, tmp_path / str(trials))
         assert len(tasks) == trials
         assert [len(task.outputs) for task in tasks] == [4, 4, 3][:trials]
@@ -373,7 +375,7 @@ def test_a_set_that_is_not_the_takes_teaches_nothing_but_what_fits(
 
 def test_a_subject_is_learnt_from_a_range_of_motion(tmp_path):
     config = SimulateConfig(rate_hz=25.0, occlusion=False, noise_m=1e-4, slide=0.2)
-    chosen = Simulating(scenario="rom", simulate=config)
+    chosen = Simulating(scenario="rom", kind="rom", simulate=config)
     (task,) = simulate.tasks(chosen, tmp_path)
     done("simulate", chosen, task)
     settings = Calibrating(calibrate=CalibrateConfig(frames=80), name="Ada")

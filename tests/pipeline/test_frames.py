@@ -36,7 +36,7 @@ def folder(tmp_path_factory):
     """One short take as ``from_1.c3d`` and ``from_995.c3d``, its first part empty."""
     folder = tmp_path_factory.mktemp("frames")
     config = SimulateConfig(duration_s=3.0, rate_hz=100.0, dropouts_per_s=2.0)
-    chosen = Simulating(scenario="demo", simulate=config)
+    chosen = Simulating(scenario="demo", kind="demo", simulate=config)
     (task,) = simulate.tasks(chosen, folder)
     assert execute(Work(command="simulate", settings=chosen), task).status == "done"
     take = files.read(folder / "S01_001.c3d")

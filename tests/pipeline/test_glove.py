@@ -573,7 +573,7 @@ def test_a_damaged_calibration_is_refused(folder, calibration):
 
 def test_a_simulated_session_is_written_with_its_truth(tmp_path):
     config = SimulateConfig(glove="generic5", wearings=1)
-    settings = Simulating(scenario="glove", simulate=config)
+    settings = Simulating(scenario="glove", kind="glove", simulate=config)
     (task,) = simulating.tasks(settings, tmp_path)
     report = execute(Work(command="simulate", settings=settings), task)
     assert report.status == "done", report.error

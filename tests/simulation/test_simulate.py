@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from handclean.errors import HandcleanError
+from handclean.errors import HandcleanError, UsageError
 from handclean.hand.model import marker_positions
+from handclean.simulation.scenarios import find_scenario, settings_for
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate, simulate_one
 
@@ -149,12 +150,35 @@ def test_unknown_scenarios_grasps_and_sets_are_one_line():
 def test_a_scenario_file_sets_what_it_names(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('kind = "grasp"\ngrasps = ["tripod"]\ntrials = 2\nnoise_m = 0\n')
-    made = list(simulate(path, SimulateConfig(**SHORT)))
+    scenario = find_scenario(path)
+    made = list(simulate(scenario.kind, settings_for(scenario, **SHORT)))
     assert [trial.name.split("_")[-1] for trial in made] == ["tripod", "tripod"]
-    for wrong in ("kind = 'x'", "trails = 2", "trials = 'two'", "trials = 0", "]"):
+    for wrong in (
+        *("kind = 'x'", "kind = ['x']", "trails = 2", "trials = 'two'", "trials = 0"),
+        "]",
+    ):
         path.write_text(wrong)
-        with pytest.raises(HandcleanError, match=r"mine\.toml"):
-            list(simulate(path, SimulateConfig()))
+        with pytest.raises(UsageError, match=r"mine\.toml"):
+            settings_for(find_scenario(path))
+
+
+def test_what_is_given_beats_a_scenario_also_where_it_is_the_default(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("kind = 'free'\ntrials = 3\nocclusion = false\nrate_hz = 50\n")
+    scenario = find_scenario(path)
+    assert settings_for(scenario) == SimulateConfig(
+        trials=3, occlusion=False, rate_hz=50.0
+    )
+    given = {"trials": 1, "occlusion": True, "rate_hz": 200.0}
+    assert settings_for(scenario, **given) == SimulateConfig()
+
+
+def test_a_demo_has_100_frames_a_second_unless_told_otherwise(tmp_path):
+    assert settings_for(find_scenario("demo")).rate_hz == 100.0
+    assert settings_for(find_scenario("demo"), rate_hz=200.0) == SimulateConfig()
+    path = tmp_path / "mine.toml"
+    path.write_text("kind = 'demo'\n")
+    assert settings_for(find_scenario(path)).rate_hz == 100.0
 
 
 def test_one_take_alone_is_the_same_as_among_others():

@@ -32,11 +32,7 @@ from handclean.simulation.glove import (
 from handclean.simulation.glove_sensors import sensors_of
 from handclean.simulation.scan import Scan
 from handclean.simulation.settings import SimulateConfig
-from handclean.simulation.simulate import (
-    load_scenario,
-    simulate_one,
-    simulate_scan,
-)
+from handclean.simulation.simulate import simulate_one, simulate_scan
 
 FIGURES = {
     "trial": "name of the trial, with what is done in it",
@@ -57,10 +53,10 @@ def tasks(settings: Simulating, folder: Path) -> list[Task]:
     Raises
     ------
     UsageError
-        If there is no such scenario.
+        If there is no such glove.
     """
+    kind, config = settings.kind, settings.simulate
     try:
-        kind, config = load_scenario(settings.scenario, settings.simulate)
         if kind == "glove":
             sensors_of(config.glove)  # is there one?
     except HandcleanError as error:
@@ -92,13 +88,13 @@ def simulate(source: Source, settings: Simulating) -> Outcome:
     """Make one trial."""
     assert source.number is not None
     number = source.number - 1
-    kind, config = load_scenario(settings.scenario, settings.simulate)
+    kind, config = settings.kind, settings.simulate
     first = number < config.subjects
     if kind == "glove":
         return _glove(simulate_glove(config, number, key_poses()), number, first)
     if kind == "scan":
-        return _scan(simulate_scan(settings.scenario, config, number), number, first)
-    trial = simulate_one(settings.scenario, settings.simulate, number)
+        return _scan(simulate_scan(kind, config, number), number, first)
+    trial = simulate_one(kind, config, number)
     writers = [
         sessions.writer(take, silent=True)  # the truth has what a C3D has no place for
         for take in (trial.unlabelled, trial.labelled, trial.truth)

@@ -1,0 +1,86 @@
+"""Scenarios by name or from a TOML file, with the settings they bring.
+
+What a scenario sets lies beneath the configuration file and the options: these beat it,
+whatever they say (see `handclean.config.load`). Imports nothing heavy.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from handclean.config import Layer, load
+from handclean.errors import UnknownSettingError, UsageError
+from handclean.simulation.settings import SCENARIOS, SimulateConfig
+
+PRESETS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {"demo": {"rate_hz": 100.0}}
+)
+"""What scenarios that ship set, where they set anything."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario.
+
+    Attributes
+    ----------
+    name : as it was given, a name or a path.
+    kind : the name of the one that ships and that it is like.
+    settings : by name, what it sets.
+    """
+
+    name: str
+    kind: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def layer(self) -> Layer:
+        """Its settings, to lie beneath others."""
+        is_file = self.name not in SCENARIOS
+        return Layer(Path(self.name) if is_file else self.name, self.settings)
+
+
+def find_scenario(name: str | Path) -> Scenario:
+    """Find a scenario by its name, or read it from a TOML file.
+
+    Parameters
+    ----------
+    name : of one that ships, or a file with ``kind`` and any of the settings.
+
+    Raises
+    ------
+    UsageError
+        If there is none, or its file says what nobody understands.
+    """
+    name = str(name)
+    if name in SCENARIOS:
+        return Scenario(name, name, PRESETS.get(name, {}))
+    path = Path(name)
+    if path.suffix != ".toml":
+        raise UnknownSettingError("simulate", "scenario", name, tuple(SCENARIOS))
+    try:
+        content: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        wrong = "no such file; give a scenario's name or file"
+        raise UsageError(wrong, where=path) from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        wrong = f"not a scenario: {error}".splitlines()[0]
+        raise UsageError(wrong, where=path) from None
+    kind = content.pop("kind", "grasp")
+    if not isinstance(kind, str) or kind not in SCENARIOS:
+        raise UnknownSettingError(path, "kind of scenario", str(kind), tuple(SCENARIOS))
+    return Scenario(name, kind, {**PRESETS.get(kind, {}), **content})
+
+
+def settings_for(scenario: Scenario, **given: object) -> SimulateConfig:
+    """Put settings together: defaults, then the scenario's, then those given.
+
+    Raises
+    ------
+    UsageError
+        If the scenario has a name or a value that is wrong.
+    """
+    return load(None, "simulate", SimulateConfig, scenario.layer, **given)
