@@ -142,7 +142,7 @@ class UnsaidError(UsageError):
 
     Attributes
     ----------
-    option : that option, "--rate" or "--unit".
+    option : that option, "--rate" or "--unit", or both with a blank between them.
     """
 
     def __init__(self, where: Where, wrong: str, option: str):

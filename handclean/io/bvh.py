@@ -17,7 +17,7 @@ from handclean.arrays import Floats, Ints
 from handclean.errors import FileError, UnknownNameError
 from handclean.hand.template import FINGERS, bone_frame, distal_length
 from handclean.io.bvh_hierarchy import PLACES, TURNS, Hierarchy
-from handclean.io.grid import Lines, read_numbers
+from handclean.io.grid import Form, Lines, read_numbers
 from handclean.io.reading import load_text, positive, text
 from handclean.io.rotations import (
     about_line,
@@ -99,7 +99,9 @@ def read_bvh(path: Path, *, lenient: bool = False) -> BvhMotion:
     width = sum(map(len, tree.channels))
     if not width:
         raise FileError(path, "has no channels")
-    values = read_numbers(lines, width, None, traps, lenient=lenient)
+    values = read_numbers(
+        lines, Form(columns=width, delimiter=None), traps, lenient=lenient
+    )
     frames, joints = len(values), len(tree.names)
     if np.isnan(values).any():
         raise FileError(path, "a channel is not a number")

@@ -1,11 +1,13 @@
 """Columns of times: the rate they run at, the time of the first row, their unit."""
 
 import re
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from handclean.arrays import Floats
+from handclean.errors import FileError
 from handclean.io.reading import AGREE
 
 SECONDS = {
@@ -67,6 +69,58 @@ def rate_of(
     if option is not None and abs(rate - option) <= AGREE * rate:
         return option
     return whole if abs(rate - whole) <= _WHOLE * rate else rate
+
+
+def in_seconds(
+    numbers: Floats,
+    times: Floats,
+    column: Column,
+    option: float | None,
+    traps: list[str],
+) -> Floats:
+    """(N,) [s] times of a column whose name may not say its unit.
+
+    Where it does not, times that as seconds would run slower than any camera are
+    milliseconds, and so on; unless ``--rate`` says that they are seconds.
+
+    Parameters
+    ----------
+    numbers, times : (N,) frame numbers, and times as the file has them.
+    option : [Hz] ``--rate``.
+    """
+    if column.says or len(times) < 2:
+        return times * column.seconds
+    with np.errstate(all="ignore"):
+        rate = float((numbers[-1] - numbers[0]) / (times[-1] - times[0]))
+    if not 0 < rate < SLOWEST_HZ or (option and abs(rate - option) <= AGREE * rate):
+        return times
+    for name, seconds in (("milli", 1e-3), ("micro", 1e-6), ("nano", 1e-9)):
+        if SLOWEST_HZ <= rate / seconds <= FASTEST_HZ:
+            traps.append(
+                f"its times are read as {name}seconds: as seconds they would run at "
+                f"{rate:.3g} Hz"
+            )
+            return times * seconds
+    return times
+
+
+def expect_possible(
+    path: Path, rate: float | None, option: float | None, column: str
+) -> None:
+    """Expect a rate found from times to be one that cameras have.
+
+    Raises
+    ------
+    FileError
+        If it is not, and ``--rate`` does not say the same.
+    """
+    if rate is None or SLOWEST_HZ <= rate <= FASTEST_HZ:
+        return
+    if option is not None and abs(rate - option) <= AGREE * rate:
+        return
+    wrong = f"by its column '{column[:40]}' it runs at {rate:.3g} Hz, which is no rate"
+    right = "is that its unit? time_ms are milliseconds; --rate HZ says it is right"
+    raise FileError(path, wrong, right)
 
 
 def start_of(

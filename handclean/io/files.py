@@ -18,6 +18,7 @@ from handclean.io import seal
 from handclean.io.bvh import write_bvh
 from handclean.io.bvh_angles import read_bvh_angles
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
+from handclean.io.csv_write import write_csv
 from handclean.io.glove_inspect import inspect_readings, is_readings, may_be_readings
 from handclean.io.gltf_write import write_glb
 from handclean.io.h5 import format_of, read_h5
@@ -31,7 +32,7 @@ from handclean.io.session import FORMAT, read_session, write_session
 from handclean.io.shapes import inspect_glb, inspect_mesh
 from handclean.io.subject import FORMAT as SUBJECT
 from handclean.io.subject import inspect_subject
-from handclean.io.tables import read_csv, write_csv
+from handclean.io.tables import read_csv
 from handclean.io.trc import read_trc
 from handclean.io.trc_write import write_trc
 from handclean.recording import Event, Motion, Recording, Trajectories
@@ -289,10 +290,8 @@ def _as_far_as_said(
         try:
             return _reading(path, rate_hz, unit, True), unsaid
         except UnsaidError as error:
-            if error.option == "--rate":
-                rate_hz = 1.0
-            else:
-                unit = "m"
+            rate_hz = 1.0 if "--rate" in error.option else rate_hz
+            unit = "m" if "--unit" in error.option else unit
             unsaid.append(error.wrong)
     raise FileError(path, "; ".join(unsaid))
 

@@ -6,15 +6,20 @@ that memory stays within a small multiple of the file's size whatever it claims.
 
 import math
 from array import array
+from collections.abc import Collection
+from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
-from handclean.arrays import Floats
+from handclean.arrays import Floats, Ints
 from handclean.errors import FileError, Place
+from handclean.io.missing import is_infinite, is_missing
+from handclean.io.reading import text
 
 MOST_COLUMNS = 100_000
+_BLANK = b" \t\v\f"
 
 
 class Lines:
@@ -23,6 +28,8 @@ class Lines:
     def __init__(self, path: Path, content: bytes) -> None:
         self.path = path
         self.number = 0
+        self.ended = True
+        """Whether the line read last had an end; a file that was cut may lack it."""
         self._stream = BytesIO(content)
 
     @property
@@ -36,6 +43,7 @@ class Lines:
         if not line:
             return None
         self.number += 1
+        self.ended = line.endswith(b"\n")
         return line.rstrip(b"\n")
 
     def peek(self, after: int = 0) -> bytes | None:
@@ -63,24 +71,57 @@ class Lines:
         return [cell.strip() for cell in cells]
 
 
-def read_numbers(
-    lines: Lines,
-    columns: int,
-    delimiter: bytes | None,
-    traps: list[str],
-    *,
-    lenient: bool = False,
-) -> Floats:
-    """Read the rest of the lines as rows of numbers.
+@dataclass
+class Beyond:
+    """Numbers beyond a table's columns, three for each point without a name.
 
-    Blank lines are skipped, blank cells and ``nan`` are NaN, cells beyond ``columns``
-    must be blank.
+    Attributes
+    ----------
+    row : (P,) of the table; place : (P,) within the row, from 0.
+    numbers : (3 P,)
+    """
 
-    Parameters
+    row: "array[int]" = field(default_factory=lambda: array("q"))
+    place: "array[int]" = field(default_factory=lambda: array("q"))
+    numbers: "array[float]" = field(default_factory=lambda: array("d"))
+
+    def arrays(self) -> tuple[Ints, Ints, Floats]:
+        """(P,) rows, (P,) places and (P, 3) numbers."""
+        return (
+            np.array(self.row, dtype=np.int64),
+            np.array(self.place, dtype=np.int64),
+            np.array(self.numbers, dtype=np.float64).reshape(-1, 3),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Form:
+    """What rows look like.
+
+    Attributes
     ----------
     columns : how many numbers a row has.
     delimiter : what parts the cells; None for white space.
-    traps : infinite numbers and a row left out are appended.
+    ends : how many cells a row may have, too, where blanks at its end were cut off.
+    beyond : collects what stands beyond the columns; None: they must be blank.
+    """
+
+    columns: int
+    delimiter: bytes | None
+    ends: Collection[int] = ()
+    beyond: Beyond | None = None
+
+
+def read_numbers(
+    lines: Lines, form: Form, traps: list[str], *, lenient: bool = False
+) -> Floats:
+    """Read the rest of the lines as rows of numbers.
+
+    Blank lines are skipped; blank cells, ``nan``, ``NULL`` and the like are NaN.
+
+    Parameters
+    ----------
+    traps : infinite numbers, rows that end early and a row left out are appended.
     lenient : leave out a last row that cannot be read, as a cut file has it.
 
     Returns
@@ -92,23 +133,30 @@ def read_numbers(
     FileError
         With the line and column of what is not a number; or if there is no row.
     """
-    values = array("d")
+    values, short = array("d"), 0
     while (line := lines.next()) is not None:
         if not line.strip():
             continue
         try:
-            values.extend(_row(lines, line, columns, delimiter))
+            row, cut = _row(lines, line, form, len(values) // form.columns)
+            if cut and not (short or lines.ended):
+                raise _of_length(lines, len(line.split(form.delimiter)), form)
         except FileError as error:
             if lines.peek() is not None:
                 raise
-            saved = len(values) // columns
+            saved = len(values) // form.columns
             if not lenient:
                 hint = f"a cut file? --lenient saves {saved} rows"
                 raise FileError(lines.path, _after(error), hint) from None
             traps.append(f"the last line was left out: {_after(error)}")
+            break
+        values.extend(row)
+        short += cut
     if not values:
         raise FileError(lines.path, "has no frames")
-    grid = np.frombuffer(values, dtype=np.float64).reshape(-1, columns).copy()
+    if short:
+        traps.append(f"{short} rows end early: what they lack counts as missing")
+    grid = np.frombuffer(values, dtype=np.float64).reshape(-1, form.columns).copy()
     infinite = np.isinf(grid)
     if infinite.any():
         grid[infinite] = np.nan
@@ -122,37 +170,77 @@ def _after(error: FileError) -> str:
     return f"{part}: {error.wrong}" if part else error.wrong
 
 
-def _row(
-    lines: Lines, line: bytes, columns: int, delimiter: bytes | None
-) -> list[float]:
-    cells = line.split(delimiter, columns)
-    if len(cells) == columns and b"_" not in line:
+def _row(lines: Lines, line: bytes, form: Form, row: int) -> tuple[list[float], bool]:
+    """Return a row's numbers, and whether its end was cut off."""
+    cells = line.split(form.delimiter, form.columns)
+    if len(cells) == form.columns and b"_" not in line:
         try:
-            return list(map(float, cells))
+            return list(map(float, cells)), False
         except ValueError:
             pass
-    if len(cells) > columns:
-        if cells.pop().strip(b" \t\v\f" + (delimiter or b"")):
-            wrong = f"has more than {columns} cells"
+    blank, cut = _BLANK + (form.delimiter or b""), False
+    if len(cells) > form.columns:
+        rest = cells.pop().rstrip(blank)
+        if rest and form.beyond is None:
+            wrong = f"has more than {form.columns} cells"
             raise FileError(lines.where, wrong, "as many as the header has")
-    elif len(cells) < columns:
-        wrong = f"has {len(cells)} cells"
-        raise FileError(lines.where, wrong, f"the header has {columns} columns")
-    return [_number(lines, i, cell.strip()) for i, cell in enumerate(cells, 1)]
+        if rest:
+            _beyond(lines, rest, form, row)
+    elif len(cells) < form.columns:
+        while cells and not cells[-1].strip():
+            cells.pop()
+        if len(cells) not in form.ends:
+            raise _of_length(lines, len(cells), form)
+        cells += [b""] * (form.columns - len(cells))
+        cut = True
+    return [_number(lines, i, cell) for i, cell in enumerate(cells, 1)], cut
+
+
+def _of_length(lines: Lines, cells: int, form: Form) -> FileError:
+    right = f"the header has {form.columns} columns"
+    if form.delimiter is None:
+        right += "; between blanks a missing cell cannot be told"
+    return FileError(lines.where, f"has {cells} cells", right)
+
+
+def _beyond(lines: Lines, rest: bytes, form: Form, row: int) -> None:
+    """Read what stands beyond the columns as points without a name."""
+    assert form.beyond is not None
+    cells = rest.split(form.delimiter)
+    if len(cells) % 3:
+        raise FileError(
+            lines.where,
+            f"has more than {form.columns} cells, but not three for each point more",
+            "as many as the header has, or whole points without a name",
+        )
+    first = form.columns + 1
+    numbers = [_number(lines, first + k, cell) for k, cell in enumerate(cells)]
+    for place in range(len(numbers) // 3):
+        at = numbers[3 * place : 3 * place + 3]
+        if all(map(math.isfinite, at)):
+            form.beyond.row.append(row)
+            form.beyond.place.append(place)
+            form.beyond.numbers.extend(at)
 
 
 def _number(lines: Lines, column: int, cell: bytes) -> float:
-    if not cell:
-        return math.nan
     try:
         if b"_" not in cell:
-            return float(cell.strip(b'"') or b"nan")
+            return float(cell)
     except ValueError:
         pass
-    shown = cell[:20].decode("utf-8", "replace")
-    right = "use a decimal point" if b"," in cell else ""
+    plain = text(cell).strip().strip('"\ufeff').strip()
+    if is_missing(plain):
+        return math.nan
+    try:
+        if "_" not in plain and plain.isascii():
+            return float(plain)
+    except ValueError:
+        pass
+    if is_infinite(plain):
+        return math.inf
     raise FileError(
         Place(lines.path, f" line {lines.number} column {column}"),
-        f"'{shown}' is not a number",
-        right,
+        f"'{plain[:20]}' is not a number",
+        "use a decimal point" if "," in plain else "",
     )

@@ -22,7 +22,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
-from handclean.io.grid import Lines, read_numbers
+from handclean.io.grid import Form, Lines, read_numbers
 from handclean.io.reading import check_unique, finite, load_text, text
 from handclean.io.rotations import euler_from_matrix, matrix_from_quaternion
 from handclean.io.writing import motions_of, rows, write_lines
@@ -109,7 +109,9 @@ def inspect_mot(path: Path) -> dict[str, Any]:
         raise FileError(path, "is not a MOT file", "its header ends with 'endheader'")
     names = [text(cell) for cell in lines.cells(None)]
     traps: list[str] = []
-    table = read_numbers(lines, len(names), None, traps, lenient=True)
+    table = read_numbers(
+        lines, Form(columns=len(names), delimiter=None), traps, lenient=True
+    )
     times = table[:, 0]
     steps = np.diff(times)
     step = float(np.median(steps)) if len(steps) else 0.0

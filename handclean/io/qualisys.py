@@ -14,8 +14,11 @@ import numpy as np
 from handclean.arrays import Bytes, Floats
 from handclean.errors import FileError
 from handclean.io.clock import start_of
-from handclean.io.grid import Lines, read_numbers
+from handclean.io.csv_header import refuse_decimal_commas
+from handclean.io.grid import Form, Lines, read_numbers
+from handclean.io.missing import blank_out
 from handclean.io.reading import (
+    METRES,
     Reading,
     check_labels,
     finite,
@@ -27,10 +30,11 @@ from handclean.io.reading import (
     settle_unit,
     sort_out,
     text,
-    zeros_are_missing,
 )
+from handclean.io.tables import read_csv
 from handclean.recording import Event, Numbering, Origin, Recording
 
+_HEAD = 4096
 _MADE = {"gap-filled", "virtual"}
 
 
@@ -56,6 +60,8 @@ def read_tsv(
         If an option contradicts it.
     """
     lines = Lines(path, load_text(path))
+    if _has_no_keys(lines):
+        return read_csv(path, rate_hz=rate_hz, unit=unit, lenient=lenient)
     traps: list[str] = []
     keys, events = _header(path, lines)
     rate = settle_rate(
@@ -67,16 +73,22 @@ def read_tsv(
         labels.pop()
     check_labels(path, labels)
     lead = _lead_columns(lines, len(labels))
-    grid = read_numbers(lines, lead + 3 * len(labels), b"\t", traps, lenient=lenient)
+    refuse_decimal_commas(lines, b"\t")
+    columns = lead + 3 * len(labels)
+    form = Form(columns=columns, delimiter=b"\t", ends=range(lead, columns, 3))
+    grid = read_numbers(lines, form, traps, lenient=lenient)
     for key, count in (("NO_OF_FRAMES", len(grid)), ("NO_OF_MARKERS", len(labels))):
         if _one(keys, key) not in ("", str(count)):
             traps.append(f"{key} says {_one(keys, key)}, there are {count}")
     numbers = grid[:, 0] if lead else np.arange(1.0, len(grid) + 1)
     said = f"FREQUENCY, {rate:g} Hz"
-    start = start_of(grid[:, 1], numbers, rate, said, traps) if lead else 0.0
+    start = 0.0
+    if lead > 1:
+        start = start_of(grid[:, 1], numbers, rate, said, traps)
     first, values = place_rows(path, numbers, grid[:, lead:], traps)
-    positions = in_metres(values, length).reshape(len(values), -1, 3)
-    zeros_are_missing(positions, traps)
+    positions = values.reshape(len(values), -1, 3)
+    blank_out(positions, METRES[length.lower()], traps)
+    positions = in_metres(positions, length)
     origin = _origin(positions, labels, keys.get("TRAJECTORY_TYPES", []), traps)
     markers, points = sort_out(positions, labels, origin)
     recording = Recording(
@@ -89,6 +101,24 @@ def read_tsv(
         events=_events(events, Numbering(first), len(values)),
     )
     return Reading(recording=recording, unit=length, traps=tuple(traps))
+
+
+def _has_no_keys(lines: Lines) -> bool:
+    """Whether a file begins with the names of columns, as QTM exports without a head.
+
+    Raises
+    ------
+    FileError
+        If its cells are parted by something else than tabs.
+    """
+    line = lines.peek() or b""
+    key = text(re.split(rb"[\t,; ]", line.strip(), maxsplit=1)[0])
+    if not (key.isupper() and "_" in key):
+        return bool(re.search(rb"[-_ .:][XYZxyz]\s*(?:\t|$)", line[:_HEAD]))
+    if b"\t" not in line and line.strip() != key.encode():
+        parted = "its cells are not parted by tabs"
+        raise FileError(lines.path, parted, "a Qualisys TSV file has tabs")
+    return False
 
 
 def _header(
@@ -134,13 +164,11 @@ def _lead_columns(lines: Lines, markers: int) -> int:
     line = lines.peek()
     if line is None:
         raise FileError(lines.path, "has no frames")
-    cells = [cell.strip() for cell in line.split(b"\t", 2)]
-    if cells[:2] == [b"Frame", b"Time"]:
-        lines.next()
-        return 2
-    if cells[0].endswith(b" X"):
-        lines.next()
-        return 0
+    cells = [cell.strip() for cell in line.split(b"\t", 3)]
+    for lead, cell in enumerate(cells[:3]):
+        if cell.upper().endswith(b" X"):
+            lines.next()
+            return lead
     return 2 if line.count(b"\t") > 3 * markers else 0
 
 

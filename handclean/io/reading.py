@@ -93,23 +93,37 @@ def load_text(path: Path) -> bytes:
         If it cannot be read or is not text.
     """
     content = load(path)
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    if encoding := _wide(content[:64]):
         try:
-            content = content.decode("utf-16").encode()
-        except UnicodeDecodeError:
+            content = content.decode(encoding).encode()
+        except UnicodeError:
             raise FileError(path, "is not text (broken UTF-16)") from None
     content = content.removeprefix(b"\xef\xbb\xbf")
     if b"\0" in content:
         raise FileError(path, "is not text: it holds zero bytes")
+    content = content.rstrip(b"\x1a")  # the end of a file, for DOS
     return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
+def _wide(head: bytes) -> str:
+    """Say in which UTF-16 a file begins, "" if in none; it may lack its mark."""
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "utf-16"
+    if len(head) < 8 or head.count(b"\0") * 2 != len(head) // 2 * 2:
+        return ""
+    if not any(head[1::2]):
+        return "utf-16-le"
+    return "utf-16-be" if not any(head[::2]) else ""
+
+
 def text(line: bytes) -> str:
-    """Decode a header line: UTF-8, else Latin-1 as older programs write it."""
-    try:
-        return line.decode("utf-8")
-    except UnicodeDecodeError:
-        return line.decode("latin-1")
+    """Decode a header line: UTF-8, else Windows-1252 as older programs write it."""
+    for encoding in ("utf-8", "cp1252"):
+        try:
+            return line.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    return line.decode("latin-1")
 
 
 def positive(path: Path, name: str, value: str) -> float:
@@ -148,6 +162,21 @@ def settle_rate(path: Path, stated: float | None, option: float | None) -> float
     if option is not None and abs(option - stated) > AGREE * stated:
         raise UsageError(f"--rate {option:g} contradicts its {stated:g} Hz", where=path)
     return float(stated)
+
+
+def ask_for(path: Path, *, rate: bool, unit: bool) -> None:
+    """Ask for the rate, the unit, or both at once, where a file does not say.
+
+    Raises
+    ------
+    UnsaidError
+        If one of them is wanted.
+    """
+    what = " nor ".join(w for w, it in (("rate", rate), ("unit", unit)) if it)
+    wanted = (("--rate", " HZ", rate), ("--unit", " mm|cm|m", unit))
+    options = " ".join(option for option, _, it in wanted if it)
+    if give := " and ".join(f"give {o}{value}" for o, value, it in wanted if it):
+        raise UnsaidError(path, f"does not say its {what}; {give}", options)
 
 
 def settle_unit(path: Path, stated: str | None, option: str | None) -> str:
@@ -259,18 +288,6 @@ def finite(rows: Floats) -> Bools:
     return np.array(np.isfinite(rows).all(axis=-1), dtype=bool)
 
 
-def zeros_are_missing(positions: Floats, traps: list[str]) -> None:
-    """Make samples at exactly (0, 0, 0) NaN, in place, and report them.
-
-    Several programs write a sample that they do not have in this way; no marker sits on
-    the laboratory's origin to the last digit.
-    """
-    zero = (positions == 0).all(axis=2)
-    if zero.any():
-        positions[zero] = np.nan
-        traps.append(f"{zero.sum()} samples at (0, 0, 0) count as missing")
-
-
 def sort_out(
     positions: Floats, labels: list[str], origin: Bytes | None = None
 ) -> tuple[Trajectories | None, Points | None]:
@@ -286,7 +303,7 @@ def sort_out(
     -------
     markers, unlabelled : either may be None; ``source`` is the column.
     """
-    unnamed = np.array([is_loose(label) for label in labels])
+    unnamed = np.array([is_loose(label) for label in labels], dtype=bool)
     keep, loose = np.flatnonzero(~unnamed), np.flatnonzero(unnamed)
     seen = finite(positions)
     if origin is None:

@@ -22,11 +22,7 @@ files have three columns per marker, ``NAME-X``, ``NAME_X``, ``NAME.X`` or ``NAM
 and perhaps a frame number and a time [s]; what they do not say, options must.
 """
 
-import csv
-import json
-import re
-from collections.abc import Iterable, Iterator, Mapping
-from io import StringIO
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,12 +30,24 @@ import numpy as np
 
 from handclean.arrays import Bytes, Floats
 from handclean.errors import FileError
-from handclean.io.clock import rate_of, start_of
-from handclean.io.grid import Lines, read_numbers
+from handclean.io.clock import expect_possible, in_seconds, rate_of, start_of
+from handclean.io.csv_columns import (
+    PLACE,
+    TRUSTED,
+    TURN,
+    Layout,
+    head_of,
+    like_another,
+    others_layout,
+    own_layout,
+)
+from handclean.io.csv_header import INDEX, own_comment, read_head
+from handclean.io.grid import Form, Lines, read_numbers
+from handclean.io.missing import blank_out
 from handclean.io.reading import (
+    METRES,
     Reading,
-    check_labels,
-    check_unique,
+    ask_for,
     finite,
     in_metres,
     load_text,
@@ -47,33 +55,11 @@ from handclean.io.reading import (
     settle_rate,
     settle_unit,
     sort_out,
-    text,
-    zeros_are_missing,
 )
-from handclean.io.writing import Columns, columns_of, rows, write_lines
-from handclean.recording import Motion, Origin, Recording
+from handclean.io.vendors import refuse_vendors
+from handclean.recording import Motion, Origin, Points, Recording, Trajectories
 
-_MARK = "# handclean csv"
-_PLACE = ("root_tx", "root_ty", "root_tz")
-_TURN = ("root_qw", "root_qx", "root_qy", "root_qz")
-_TRUSTED = "trusted"
-_AXIS = re.compile(r"(?P<name>.*)[-_ .:](?P<axis>[XYZxyz])")
-_DECIMAL_COMMA = re.compile(rb"-?\d+,\d+(?![\d,.])")
-_FRAME = {"frame", "frames", "frameno", "framenumber"}
-_TIME = {"time", "times", "timesec", "timeseconds"}
-_UP = {"", "+x", "-x", "+y", "-y", "+z", "-z"}
-
-
-class _Layout(NamedTuple):
-    """Which column holds what."""
-
-    frame: int | None
-    time: int | None
-    markers: dict[str, list[int]]
-    origins: dict[str, int]
-    motions: dict[str, list[str]]
-    extra: list[str]
-    at: dict[str, int]
+_SHOWN = 12
 
 
 def read_csv(
@@ -98,41 +84,39 @@ def read_csv(
         If the rate or the unit is not known, or an option contradicts the file.
     """
     lines = Lines(path, load_text(path))
-    traps: list[str] = []
-    own = _comment(path, lines)
-    names, delimiter = _column_names(path, lines)
-    layout = _layout(path, names, own)
-    length = settle_unit(path, own.get("unit"), unit)
-    if rate_hz is None and "rate_hz" not in own and layout.time is None:
-        settle_rate(path, None, None)
-    grid = read_numbers(lines, len(names), delimiter, traps, lenient=lenient)
-    if layout.frame is None:
-        numbers = np.arange(len(grid), dtype=float) + own.get("first_frame", 1)
+    refuse_vendors(path, lines)
+    own = own_comment(path, lines)
+    head = read_head(path, lines)
+    if own:
+        layout = own_layout(path, head.names, own)
     else:
-        numbers = grid[:, layout.frame]
-    stated = own.get("rate_hz")
-    if stated is None and layout.time is not None:
-        stated = rate_of(numbers, grid[:, layout.time], rate_hz, traps)
-    rate = settle_rate(path, stated, rate_hz)
-    start = own.get("start_time_s", 0.0)
-    if layout.time is not None and "start_time_s" not in own:
-        start = start_of(grid[:, layout.time], numbers, rate, f"{rate:g} Hz", traps)
+        layout = others_layout(path, head.names)
+    traps = [] if own else like_another(list(layout.markers))
+    stated = own.get("unit") or layout.unit
+    no_rate = rate_hz is None and "rate_hz" not in own and layout.time is None
+    ask_for(path, rate=no_rate, unit=no_rate and (unit or stated) is None)
+    form = Form(
+        columns=len(head.names),
+        delimiter=head.delimiter,
+        ends=() if own else _ends(layout, len(head.names)),
+    )
+    grid = read_numbers(lines, form, traps, lenient=lenient)
+    timing = _timing(path, grid, layout, head.names, own, rate_hz, traps)
+    no_rate = timing.rate is None and rate_hz is None
+    ask_for(path, rate=no_rate, unit=(unit or stated) is None)
+    rate, length = (
+        settle_rate(path, timing.rate, rate_hz),
+        settle_unit(path, stated, unit),
+    )
     if layout.extra:
-        traps.append(f"not a marker's, left out: {', '.join(layout.extra[:20])}")
-    first, values = place_rows(path, numbers, grid, traps)
-    markers, points = None, None
-    if layout.markers:
-        positions = values[:, [c for cs in layout.markers.values() for c in cs]]
-        positions = in_metres(positions, length).reshape(len(values), -1, 3)
-        if not own:
-            zeros_are_missing(positions, traps)
-        origin = _origins(path, values, layout)
-        markers, points = sort_out(positions, list(layout.markers), origin)
+        traps.append(f"not a marker's place, left out: {_listed(layout.extra)}")
+    first, values = place_rows(path, timing.numbers, grid, traps)
+    markers, points = _placed(path, values, layout, length, None if own else traps)
     recording = Recording(
         rate=rate,
         frames=len(values),
         first_frame=first,
-        start_time=start,
+        start_time=timing.start,
         up_axis=own.get("up_axis", ""),
         markers=markers,
         unlabelled=points,
@@ -143,144 +127,92 @@ def read_csv(
     return Reading(recording=recording, unit=length, traps=tuple(traps))
 
 
-def _comment(path: Path, lines: Lines) -> dict[str, Any]:
-    """Read leading comment lines; what handclean's own says."""
-    own: dict[str, Any] = {}
-    while (line := lines.peek()) is not None and line.startswith(b"#"):
-        said = text(line)
-        if said.startswith(_MARK):
-            try:
-                own = json.loads(said[len(_MARK) :])
-            except (ValueError, RecursionError):
-                raise FileError(path, f"its line '{_MARK}' is broken") from None
-            if not (isinstance(own, dict) and _sound(own)):
-                raise FileError(path, f"its line '{_MARK}' is broken")
-        lines.next()
-    return own
+class _Timing(NamedTuple):
+    """(N,) frame numbers, the rate [Hz] if the file says it, the first row's [s]."""
+
+    numbers: Floats
+    rate: float | None
+    start: float
 
 
-def _sound(own: dict[str, Any]) -> bool:
-    """Whether handclean's comment has the parts it should have."""
-    rate, first, motions = (own.get(k) for k in ("rate_hz", "first_frame", "motions"))
-    start = own.get("start_time_s", 0.0)
-    return (
-        isinstance(rate, (int, float))
-        and 0 < rate < 1e9
-        and isinstance(first, int)
-        and abs(first) < 2**31
-        and isinstance(start, (int, float))
-        and abs(start) < 1e12
-        and isinstance(own.get("unit"), str)
-        and own.get("up_axis") in _UP
-        and isinstance(motions, dict)
-        and all(
-            isinstance(names, list) and all(isinstance(name, str) for name in names)
-            for names in motions.values()
-        )
-    )
-
-
-def _column_names(path: Path, lines: Lines) -> tuple[list[str], bytes]:
-    """Read the header line; its cells may be quoted."""
-    line = lines.peek() or b""
-    delimiter = _delimiter(line, lines.peek(1) or b"")
-    names = [text(cell) for cell in lines.cells(delimiter)]
-    if any(names) and all(_is_number(name) for name in names if name):
-        raise FileError(
-            lines.where,
-            "holds numbers where the names of the columns should be",
-            "begin with a line such as frame,time_s,NAME_X,NAME_Y,NAME_Z",
-        )
-    if delimiter != b"," and (found := _DECIMAL_COMMA.search(lines.peek() or b"")):
-        shown = found[0].decode()
-        wrong = f"has numbers with a decimal comma ('{shown}')"
-        raise FileError(lines.path, wrong, "save it with decimal points")
-    if b'"' in line:
-        try:
-            [names] = csv.reader([text(line)], delimiter=delimiter.decode())
-        except (csv.Error, ValueError):
-            raise FileError(lines.where, "is no line of column names") from None
-    names = [name.strip() for name in names]
-    while names and not names[-1]:
-        names.pop()
-    check_unique(path, "columns", names)
-    return names, delimiter
-
-
-def _delimiter(header: bytes, row: bytes) -> bytes:
-    """Find what parts the cells: what parts as many of a row as there are names.
-
-    Of several the comma last, as it may stand in names and in numbers.
-    """
-
-    def order(delimiter: bytes) -> tuple[bool, int]:
-        both = (line.rstrip().rstrip(delimiter) for line in (header, row))
-        names, cells = (line.count(delimiter) for line in both)
-        agree = 0 < names == cells
-        return agree, 0 if agree and delimiter == b"," else names
-
-    return max((b",", b";", b"\t"), key=order)
-
-
-def _is_number(name: str) -> bool:
-    try:
-        float(name.replace(",", "."))
-    except ValueError:
-        return False
-    return name.strip().lower() not in {"nan", "inf", "infinity"}
-
-
-def _layout(path: Path, names: list[str], own: dict[str, Any]) -> _Layout:
-    """Find out which column holds what.
+def _timing(
+    path: Path,
+    grid: Floats,
+    layout: Layout,
+    names: list[str],
+    own: dict[str, Any],
+    option: float | None,
+    traps: list[str],
+) -> _Timing:
+    """Find out when rows were.
 
     Raises
     ------
     FileError
-        If a marker lacks an axis, a motion a column, or there is neither.
+        If its times run at a rate that no camera has.
     """
-    at = {name: column for column, name in enumerate(names)}
-    motions = dict(own.get("motions", {}))
-    used: set[str] = set()
-    for name, hinges in motions.items():
-        head = _head(name, motions)
-        for hinge in hinges:
-            if head + hinge not in at:
-                raise FileError(path, f"has no column '{head + hinge}'")
-        used |= {head + column for column in (*hinges, *_PLACE, *_TURN, _TRUSTED)}
-    frame = time = None
-    markers: dict[str, dict[str, int]] = {}
-    origins: dict[str, int] = {}
-    extra = []
-    for column, name in enumerate(names):
-        plain = re.sub(r"[^a-z]", "", name.lower())
-        found = _AXIS.fullmatch(name)
-        if name in used:
-            continue
-        if found:
-            markers.setdefault(found["name"], {})[found["axis"].upper()] = column
-        elif own and name.endswith("_origin"):
-            origins[name.removesuffix("_origin")] = column
-        elif frame is None and plain in _FRAME:
-            frame = column
-        elif time is None and plain in _TIME:
-            time = column
-        else:
-            extra.append(name)
-    for name, axes in markers.items():
-        if lacking := [axis for axis in "XYZ" if axis not in axes]:
-            raise FileError(path, f"marker '{name}' has no {lacking[0]} column")
-    if not motions:
-        check_labels(path, list(markers))
-    triples = {name: [axes[axis] for axis in "XYZ"] for name, axes in markers.items()}
-    return _Layout(frame, time, triples, origins, motions, extra, at)
+    numbers = _numbers(grid, layout, names, own)
+    rate, start = own.get("rate_hz"), own.get("start_time_s")
+    if layout.time is None:
+        return _Timing(numbers, rate, start or 0.0)
+    times = in_seconds(numbers, grid[:, layout.time], layout.clock, option, traps)
+    if rate is None:
+        rate = rate_of(numbers, times, option, traps)
+        expect_possible(path, rate, option, names[layout.time])
+        begun = float(times[0]) if np.isfinite(times[0]) else 0.0
+    else:
+        begun = start_of(times, numbers, rate, f"{rate:g} Hz", traps)
+    return _Timing(numbers, rate, begun if start is None else start)
 
 
-def _head(name: str, motions: Mapping[str, object]) -> str:
-    """What a motion's columns begin with."""
-    return "" if len(motions) == 1 else f"{name}:"
+def _placed(
+    path: Path, values: Floats, layout: Layout, unit: str, traps: list[str] | None
+) -> tuple[Trajectories | None, Points | None]:
+    """Cut the markers out of the table; without traps none stands for no place."""
+    if not layout.markers:
+        return None, None
+    positions = values[:, [c for cs in layout.markers.values() for c in cs]]
+    positions = positions.reshape(len(values), -1, 3)
+    if traps is not None:
+        blank_out(positions, METRES[unit.lower()], traps)
+    origin = _origins(path, values, layout)
+    return sort_out(in_metres(positions, unit), list(layout.markers), origin)
 
 
-def _origins(path: Path, values: Floats, layout: _Layout) -> Bytes | None:
+def _ends(layout: Layout, columns: int) -> frozenset[int]:
+    """List how many cells a row may have where blanks at its end were cut off.
+
+    Every marker keeps all its columns or none.
+    """
+    inside = np.zeros(columns + 1, dtype=np.int64)
+    for mine in layout.markers.values():
+        inside[min(mine) + 1] += 1
+        inside[max(mine) + 1] -= 1
+    whole = np.cumsum(inside) == 0
+    lead = [c for c in (layout.frame, layout.time) if c is not None]
+    whole[: max(lead, default=0) + 1] = False
+    return frozenset(np.flatnonzero(whole[:columns]).tolist())
+
+
+def _numbers(
+    grid: Floats, layout: Layout, names: list[str], own: dict[str, Any]
+) -> Floats:
+    """(N,) frame numbers; a first column without a name counts where it can."""
+    if layout.frame is not None:
+        numbers: Floats = grid[:, layout.frame]
+        named = layout.frame > 0 or names[0] not in ("", INDEX)
+        whole = bool(np.all(numbers == np.round(numbers)))
+        if named or (whole and bool(np.all(np.diff(numbers) > 0))):
+            return numbers
+    return np.arange(len(grid), dtype=float) + float(own.get("first_frame", 1))
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - _SHOWN
+    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+
+
+def _origins(path: Path, values: Floats, layout: Layout) -> Bytes | None:
     """(T, M) where each sample comes from, if the file says so."""
     if not layout.origins:
         return None
@@ -300,11 +232,9 @@ def _origins(path: Path, values: Floats, layout: _Layout) -> Bytes | None:
     return origin
 
 
-def _motion(
-    path: Path, values: Floats, layout: _Layout, name: str, unit: str
-) -> Motion:
+def _motion(path: Path, values: Floats, layout: Layout, name: str, unit: str) -> Motion:
     """Cut one motion out of the table."""
-    head = _head(name, layout.motions)
+    head = head_of(name, layout.motions)
 
     def block(names: Iterable[str]) -> Floats | None:
         columns = [layout.at.get(head + column) for column in names]
@@ -312,7 +242,7 @@ def _motion(
         return values[:, found] if len(found) == len(columns) else None
 
     hinges = layout.motions[name]
-    degrees, place, turn = block(hinges), block(_PLACE), block(_TURN)
+    degrees, place, turn = block(hinges), block(PLACE), block(TURN)
     assert degrees is not None
     if turn is not None:
         with np.errstate(over="ignore"):
@@ -320,9 +250,9 @@ def _motion(
         if np.any(np.abs(length - 1) > 1e-3):
             raise FileError(path, f"motion '{name}': a quaternion's length is not 1")
         turn = turn / length
-    trusted = block((_TRUSTED,))
+    trusted = block((TRUSTED,))
     if trusted is not None and not np.isin(trusted, (0.0, 1.0)).all():
-        raise FileError(path, f"column '{head}{_TRUSTED}' should hold 0 or 1")
+        raise FileError(path, f"column '{head}{TRUSTED}' should hold 0 or 1")
     return Motion(
         names=tuple(hinges),
         angles=np.radians(degrees),
@@ -330,76 +260,3 @@ def _motion(
         rotation=turn,
         trusted=None if trusted is None else trusted[:, 0] > 0.5,
     )
-
-
-def write_csv(path: Path, recording: Recording) -> tuple[str, ...]:
-    """Write markers and angles as CSV, lengths in millimetres, angles in degrees.
-
-    Returns
-    -------
-    what the format cannot hold, one line each
-
-    Raises
-    ------
-    FileError
-        If there is nothing to write, or two columns would have one name.
-    """
-    has_points = recording.unlabelled is not None and len(recording.unlabelled.frame)
-    columns = None
-    if recording.markers is not None or has_points or not recording.motions:
-        columns = columns_of(path, recording)
-    names, decimals, blocks = _table(recording, columns)
-    check_unique(path, "columns", names)
-    write_lines(path, _lines(recording, names, decimals, blocks))
-    return columns.notes if columns else ()
-
-
-def _table(
-    recording: Recording, columns: Columns | None
-) -> tuple[list[str], list[int], list[Floats]]:
-    """Return names, digits and blocks of columns, side by side."""
-    names, decimals = ["frame", "time_s"], [0, 6]
-    numbers = recording.first_frame + np.arange(recording.frames, dtype=float)
-    blocks = [numbers[:, None], recording.clock[:, None]]
-    if columns is not None:
-        for m, label in enumerate(columns.labels):
-            names += [f"{label}_{axis}" for axis in "XYZ"] + [f"{label}_origin"]
-            decimals += [6, 6, 6, 0]
-            blocks.append(1e3 * columns.positions[:, m])
-            blocks.append(columns.origin[:, [m]].astype(float))
-    for name, motion in recording.motions.items():
-        head = _head(name, recording.motions)
-        if motion.translation is not None:
-            names += [head + column for column in _PLACE]
-            decimals += [6] * 3
-            blocks.append(1e3 * motion.translation)
-        if motion.rotation is not None:
-            names += [head + column for column in _TURN]
-            decimals += [12] * 4
-            blocks.append(motion.rotation)
-        names += [head + hinge for hinge in motion.names]
-        decimals += [9] * len(motion.names)
-        blocks.append(np.degrees(motion.angles))
-        if motion.trusted is not None:
-            names.append(head + _TRUSTED)
-            decimals.append(0)
-            blocks.append(motion.trusted[:, None].astype(float))
-    return names, decimals, blocks
-
-
-def _lines(
-    recording: Recording, names: list[str], decimals: list[int], blocks: list[Floats]
-) -> Iterator[str]:
-    said = {
-        "rate_hz": recording.rate,
-        "unit": "mm",
-        "first_frame": recording.first_frame,
-        "start_time_s": recording.start_time,
-        "up_axis": recording.up_axis,
-        "motions": {name: list(m.names) for name, m in recording.motions.items()},
-    }
-    yield f"{_MARK} {json.dumps(said, ensure_ascii=False)}"
-    line = StringIO()
-    csv.writer(line, lineterminator="").writerow(names)
-    yield line.getvalue()
-    yield from rows(np.column_stack(blocks), decimals, ",")

@@ -6,12 +6,19 @@ missing. Reading takes what programs write: coordinate names counted from 0, tab
 line ends, frame counts that are wrong. `handclean.io.trc_write` writes them.
 """
 
+import re
 from pathlib import Path
 
+import numpy as np
+
+from handclean.arrays import Ints32
 from handclean.errors import FileError
 from handclean.io.clock import start_of
-from handclean.io.grid import Lines, read_numbers
+from handclean.io.csv_header import refuse_decimal_commas
+from handclean.io.grid import Beyond, Form, Lines, read_numbers
+from handclean.io.missing import blank_out
 from handclean.io.reading import (
+    METRES,
     Reading,
     check_labels,
     in_metres,
@@ -22,9 +29,13 @@ from handclean.io.reading import (
     settle_unit,
     sort_out,
     text,
-    zeros_are_missing,
 )
-from handclean.recording import Recording
+from handclean.recording import Points, Recording
+
+OWN = "handclean.trc"
+"""What the first line of a file of ours ends in."""
+
+_MADE = "name in the first line"
 
 
 def read_trc(
@@ -54,15 +65,24 @@ def read_trc(
     rate = settle_rate(path, positive(path, "DataRate", stated["DataRate"]), rate_hz)
     length = settle_unit(path, stated["Units"], unit)
     labels = _labels(path, lines, stated, traps)
-    columns = 2 + 3 * len(labels)
-    grid = read_numbers(lines, columns, b"\t", traps, lenient=lenient)
+    beyond = Beyond()
+    grid = read_numbers(
+        lines, _form(lines, len(labels), beyond), traps, lenient=lenient
+    )
+    if not beyond.row:
+        check_labels(path, labels)
     _check_count(stated["NumFrames"], len(grid), traps)
     said = f"DataRate, {rate:g} Hz"
     start = start_of(grid[:, 1], grid[:, 0], rate, said, traps)
     first, values = place_rows(path, grid[:, 0], grid[:, 2:], traps)
-    positions = in_metres(values, length).reshape(len(values), -1, 3)
-    zeros_are_missing(positions, traps)
-    markers, points = sort_out(positions, labels)
+    positions = values.reshape(len(values), -1, 3)
+    if stated[_MADE] != OWN:
+        blank_out(positions, METRES[length.lower()], traps)
+    markers, points = sort_out(in_metres(positions, length), labels)
+    if beyond.row:
+        numbers = (grid[:, 0] - grid[0, 0]).astype(np.int32)
+        more = _without_names(beyond, numbers, len(labels), length, traps)
+        points = more if points is None else _together(points, more)
     recording = Recording(
         rate=rate,
         frames=len(values),
@@ -74,15 +94,27 @@ def read_trc(
     return Reading(recording=recording, unit=length, traps=tuple(traps))
 
 
+def _parted_by(line: bytes) -> bytes | None:
+    """What parts the cells of a line: tabs, else semicolons, commas, or blanks."""
+    if b"\t" in line:
+        return b"\t"
+    if b";" in line:
+        return b";"
+    return b"," if line.count(b",") >= len(line.split()) else None
+
+
 def _header(path: Path, lines: Lines) -> dict[str, str]:
-    """Read the keys and values of the first three lines."""
-    kind = lines.cells(None)
-    if not kind or kind[0] != b"PathFileType":
+    """Read the key lines: the first three."""
+    kind = re.split(rb"[\s,;]+", (lines.next() or b"").strip(), maxsplit=3)
+    if kind[0] != b"PathFileType":
         right = "a TRC file begins with 'PathFileType'"
         raise FileError(path, "is not a TRC file", right)
-    keys = [text(cell) for cell in lines.cells(b"\t") if cell]
-    values = [text(cell) for cell in lines.cells(b"\t") if cell]
-    stated = dict(zip(keys, values, strict=False))
+    delimiter = _parted_by(lines.peek() or b"")
+    keys = [text(cell) for cell in lines.cells(delimiter) if cell]
+    if delimiter != b",":
+        refuse_decimal_commas(lines, delimiter)
+    values = [text(cell) for cell in lines.cells(delimiter) if cell]
+    stated = {_MADE: text(kind[-1]), **dict(zip(keys, values, strict=False))}
     for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
         if key not in stated:
             raise FileError(path, f"its header has no {key}")
@@ -93,24 +125,77 @@ def _labels(
     path: Path, lines: Lines, stated: dict[str, str], traps: list[str]
 ) -> list[str]:
     """Read the marker names and the line of coordinate names below them."""
-    cells = lines.cells(b"\t")
+    delimiter = _parted_by(lines.peek() or b"")
+    cells = lines.cells(delimiter)
+    if len(cells) < 2 or not cells[0].lower().startswith(b"frame"):
+        raise FileError(lines.where, "should begin with 'Frame#' and 'Time'")
     labels = [text(cell) for cell in cells[2::3]]
     while labels and not labels[-1]:
         labels.pop()
-    if len(cells) < 2 or not cells[0].lower().startswith(b"frame"):
-        raise FileError(lines.where, "should begin with 'Frame#' and 'Time'")
-    if any(cells[3::3]) or any(cells[4::3]):
-        raise FileError(lines.where, "a marker's name should stand above its X only")
-    check_labels(path, labels)
-    if stated["NumMarkers"] != str(len(labels)):
-        claim = stated["NumMarkers"]
+    named = [text(cell) for cell in cells[2:] if cell]
+    claim = stated["NumMarkers"]
+    if delimiter is None or any(cells[3::3]) or any(cells[4::3]):
+        if claim != str(len(named)):
+            wrong = "a marker's name should stand above its X only"
+            if delimiter is None:
+                wrong = f"names {len(named)} markers, NumMarkers says {claim[:20]}"
+            raise FileError(lines.where, wrong, "tabs should part them")
+        labels = named
+    if labels:
+        check_labels(path, labels)
+    if claim != str(len(labels)):
         traps.append(f"NumMarkers says {claim}, {len(labels)} markers are named")
     under = lines.peek()
-    if under is not None and under.strip()[:1] in (b"X", b"x"):
-        if b"X0" in under.split(None, 1)[:1]:
+    if under is not None and under.strip(b" \t,;")[:1] in (b"X", b"x"):
+        if under.strip(b" \t,;")[:2] in (b"X0", b"x0"):
             traps.append("coordinates are counted from X0 instead of X1")
         lines.next()
     return labels
+
+
+def _form(lines: Lines, markers: int, beyond: Beyond) -> Form:
+    """Say what rows look like, by the first; blank lines before it are read."""
+    while (line := lines.peek()) is not None and not line.strip(b" \t,;"):
+        lines.next()
+    delimiter = _parted_by(line or b"")
+    if delimiter != b",":
+        refuse_decimal_commas(lines, delimiter)
+    columns = 2 + 3 * markers
+    ends = () if delimiter is None else range(2, columns, 3)
+    return Form(columns=columns, delimiter=delimiter, ends=ends, beyond=beyond)
+
+
+def _without_names(
+    beyond: Beyond, frames: Ints32, named: int, unit: str, traps: list[str]
+) -> Points:
+    """Points that stand beyond the names of the markers, as many a row as there are.
+
+    Parameters
+    ----------
+    frames : (N,) frame of each row.
+    named : how many markers have names.
+    """
+    row, place, places = beyond.arrays()
+    blank_out(places, METRES[unit.lower()], traps)
+    seen = np.isfinite(places).all(axis=1)
+    row, place, places = row[seen], place[seen], places[seen]
+    most = np.bincount(row).max(initial=0)
+    traps.append(f"{len(row)} points, up to {most} in a row, are without a name")
+    return Points(
+        frame=frames[row],
+        source=(named + place).astype(np.int32),
+        positions=in_metres(places, unit),
+    )
+
+
+def _together(one: Points, other: Points) -> Points:
+    frame = np.concatenate([one.frame, other.frame])
+    order = np.argsort(frame, kind="stable")
+    return Points(
+        frame=frame[order],
+        source=np.concatenate([one.source, other.source])[order],
+        positions=np.concatenate([one.positions, other.positions])[order],
+    )
 
 
 def _check_count(claim: str, rows: int, traps: list[str]) -> None:

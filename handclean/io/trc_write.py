@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from handclean.errors import FileError
+from handclean.io.trc import OWN
 from handclean.io.writing import Columns, columns_of, rows, write_lines
 from handclean.recording import Recording
 
@@ -104,7 +105,7 @@ def _lines(recording: Recording, labels: list[str], columns: Columns) -> Iterato
     rate, markers = f"{recording.rate:.10g}", len(labels)
     values = (rate, rate, frames, markers, "mm", rate, first, frames)
     axes = [f"{axis}{m}" for m in range(1, markers + 1) for axis in "XYZ"]
-    yield "PathFileType\t4\t(X/Y/Z)\thandclean.trc"
+    yield f"PathFileType\t4\t(X/Y/Z)\t{OWN}"
     yield "\t".join(_KEYS)
     yield "\t".join(map(str, values))
     yield "Frame#\tTime\t" + "\t\t\t".join(labels) + "\t\t"

@@ -48,7 +48,7 @@ def a_take(rng, frames=30):
 @pytest.mark.parametrize("suffix", [".c3d", ".h5", ".trc", ".csv"])
 def test_markers_go_through_every_format_that_holds_them(suffix, rng, tmp_path):
     take = a_take(rng)
-    files.write(tmp_path / f"a{suffix}", take)
+    files.write(tmp_path / f"a{suffix}", take, unnamed=True)
     back = files.read(tmp_path / f"a{suffix}")
     assert (back.rate, back.frames) == (take.rate, take.frames)
     assert back.markers.labels == take.markers.labels
@@ -147,7 +147,7 @@ def test_what_was_odd_stays_with_the_take(rng, tmp_path):
 @pytest.mark.parametrize("suffix", [".c3d", ".h5", ".trc", ".csv"])
 def test_inspect_counts_what_is_there_in_plain_json(suffix, rng, tmp_path):
     path = tmp_path / f"a{suffix}"
-    files.write(path, a_take(rng))
+    files.write(path, a_take(rng), unnamed=True)
     about = json.loads(json.dumps(files.inspect(path)))
     assert about["format"] == suffix[1:]
     assert (about["frames"], about["rate"]) == (30, 120.0)

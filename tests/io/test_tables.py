@@ -12,9 +12,10 @@ from hypothesis.extra import numpy as hnp
 from scipy.spatial.transform import Rotation
 
 from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.io.csv_write import write_csv
 from handclean.io.mot import inspect_mot, write_mot
 from handclean.io.qualisys import read_tsv
-from handclean.io.tables import read_csv, write_csv
+from handclean.io.tables import read_csv
 from handclean.recording import Motion, Origin, Points, Recording, trajectories
 
 OTHERS = "A-X,A-Y,A-Z,R-B-1-X,R-B-1-Y,R-B-1-Z\n1,2,3,4,5,6\n1,2,3,nan,nan,nan\n"

@@ -1,0 +1,208 @@
+"""Which column of a CSV file holds what, by their names."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from handclean.errors import FileError
+from handclean.io.clock import Column, time_column
+from handclean.io.csv_header import INDEX
+from handclean.io.reading import METRES, check_labels
+
+PLACE = ("root_tx", "root_ty", "root_tz")
+TURN = ("root_qw", "root_qx", "root_qy", "root_qz")
+TRUSTED = "trusted"
+
+_OWN = re.compile(r"(?P<name>.*)_(?P<axis>[XYZ])", re.DOTALL)
+_OTHERS = re.compile(r"(?P<name>.*)[-_ .:](?P<axis>[XYZWxyzw])", re.DOTALL)
+_AFTER = re.compile(r"(?P<of>.*[-_ .:][XYZxyz])[-_ .]?(?P<unit>mm|cm|dm|m)", re.DOTALL)
+_FRAME = {"frame", "frames", "frameno", "framenumber", "framenum", "framenr"}
+_NO_PLACE = "|".join(
+    (
+        "vel velocity velocities speed acc accel acceleration accelerations jerk",
+        "angvel angacc omega gyro quat quats quaternion quaternions rot rotation",
+        "rotations euler orientation ori angle angles force forces moment moments",
+        "torque residual residuals err error errors std sigma var variance",
+    )
+).replace(" ", "|")
+_WORD = re.compile(
+    rf"(?:.*(?:[-_ .:]|(?-i:(?<=[A-Za-z0-9])(?=[A-Z][a-z]))))?(?:{_NO_PLACE})\d*"
+    rf"|(?:{_NO_PLACE})[-_ .:].*",
+    re.IGNORECASE | re.DOTALL,
+)
+_LONGEST = 40
+
+
+class Layout(NamedTuple):
+    """Which column holds what.
+
+    Attributes
+    ----------
+    clock : what the column of times says of itself.
+    unit : of the markers' lengths, as names say it; None if they do not.
+    extra : names of columns that are left out.
+    """
+
+    frame: int | None
+    time: int | None
+    clock: Column
+    markers: dict[str, list[int]]
+    unit: str | None
+    origins: dict[str, int]
+    motions: dict[str, list[str]]
+    extra: list[str]
+    at: dict[str, int]
+
+
+def head_of(name: str, motions: Mapping[str, object]) -> str:
+    """Return what a motion's columns begin with."""
+    return "" if len(motions) == 1 else f"{name}:"
+
+
+def own_layout(path: Path, names: list[str], own: dict[str, Any]) -> Layout:
+    """Find out which column of a file of ours holds what.
+
+    Raises
+    ------
+    FileError
+        If a marker lacks an axis, a motion a column, or there is neither.
+    """
+    at = {name: column for column, name in enumerate(names)}
+    motions = dict(own.get("motions", {}))
+    used: set[str] = set()
+    for name, hinges in motions.items():
+        head = head_of(name, motions)
+        for hinge in hinges:
+            if head + hinge not in at:
+                raise FileError(path, f"has no column '{head + hinge}'")
+        used |= {head + column for column in (*hinges, *PLACE, *TURN, TRUSTED)}
+    frame = time = None
+    axes: dict[str, dict[str, int]] = {}
+    origins: dict[str, int] = {}
+    extra = []
+    for column, name in enumerate(names):
+        if name in used:
+            continue
+        if found := _OWN.fullmatch(name):
+            axes.setdefault(found["name"], {})[found["axis"]] = column
+        elif name.endswith("_origin"):
+            origins[name.removesuffix("_origin")] = column
+        elif frame is None and name == "frame":
+            frame = column
+        elif time is None and name == "time_s":
+            time = column
+        else:
+            extra.append(_short(name))
+    markers = _whole(path, axes)
+    if not motions:
+        check_labels(path, list(markers))
+    clock = Column(1.0, True)
+    return Layout(frame, time, clock, markers, None, origins, motions, extra, at)
+
+
+def others_layout(path: Path, names: list[str]) -> Layout:
+    """Find out which column of somebody else's file holds what.
+
+    Raises
+    ------
+    FileError
+        If a marker lacks an axis or has one twice, units differ, or there are no
+        markers.
+    """
+    frame = time = None
+    clock = Column(1.0, False)
+    axes: dict[str, dict[str, int]] = {}
+    units: dict[str, str] = {}
+    extra: list[str] = []
+    for column, name in enumerate(names):
+        base, unit = _unit_of(name)
+        said = time_column(name)
+        if frame is None and re.sub(r"[^a-z]", "", name.lower()[:40]) in _FRAME:
+            frame = column
+        elif time is None and said is not None:
+            time, clock = column, said
+        elif (found := _OTHERS.fullmatch(base)) and unit.lower() in ("", *METRES):
+            _put(path, axes, (found["name"], found["axis"].upper()), column, names)
+            if unit:
+                units[found["name"]] = unit
+        elif name not in ("", INDEX):
+            extra.append(_short(name))
+    for name in _no_places(axes):
+        extra += [_short(names[column]) for column in axes.pop(name).values()]
+        units.pop(name, "")
+    if frame is None and names[:1] in ([""], [INDEX]):
+        frame = 0
+    markers = _whole(path, axes)
+    check_labels(path, list(markers))
+    length = _one_unit(path, list(units.values()))
+    return Layout(frame, time, clock, markers, length, {}, {}, extra, {})
+
+
+def _unit_of(name: str) -> tuple[str, str]:
+    """Part a unit in brackets, or behind the axis, from a column's name."""
+    for opening, closing in ("[]", "()"):
+        if name.endswith(closing) and opening in name:
+            base, _, unit = name[:-1].rpartition(opening)
+            return base.rstrip(" _"), unit.strip()
+    found = _AFTER.fullmatch(name)
+    return (found["of"], found["unit"]) if found else (name, "")
+
+
+def _put(
+    path: Path,
+    axes: dict[str, dict[str, int]],
+    key: tuple[str, str],
+    column: int,
+    names: list[str],
+) -> None:
+    """Note a marker's axis; two columns for one axis are an error."""
+    name, axis = key
+    mine = axes.setdefault(name, {})
+    if axis in mine:
+        one, other = _short(names[mine[axis]]), _short(names[column])
+        how = "differ in case only" if one.lower() == other.lower() else "are one place"
+        wrong = f"columns '{one}' and '{other}' {how}"
+        raise FileError(
+            path, wrong, f"one of them should be {axis} of '{_short(name)}'"
+        )
+    mine[axis] = column
+
+
+def _no_places(axes: Mapping[str, Mapping[str, int]]) -> list[str]:
+    """List the names that are of velocities, rotations or the like, beside places."""
+    turns = [name for name, mine in axes.items() if "W" in mine]
+    words = [name for name in axes if _WORD.fullmatch(name) and name not in turns]
+    return turns + (words if len(turns) + len(words) < len(axes) else [])
+
+
+def _whole(path: Path, axes: dict[str, dict[str, int]]) -> dict[str, list[int]]:
+    for name, mine in axes.items():
+        if lacking := [axis for axis in "XYZ" if axis not in mine]:
+            raise FileError(path, f"marker '{_short(name)}' has no {lacking[0]} column")
+    return {name: [mine[axis] for axis in "XYZ"] for name, mine in axes.items()}
+
+
+def _one_unit(path: Path, units: list[str]) -> str | None:
+    metres = {METRES[unit.lower()]: unit for unit in units}
+    if len(metres) > 1:
+        shown = " and in ".join(sorted(metres.values()))
+        raise FileError(path, f"its columns are in {shown}", "they should be in one")
+    return units[0] if units else None
+
+
+def like_another(labels: list[str]) -> list[str]:
+    """Say which markers' names differ in case only."""
+    seen: dict[str, str] = {}
+    pairs = []
+    for label in labels:
+        other = seen.setdefault(label.casefold(), label)
+        if other != label:
+            pairs.append(f"'{_short(other)}' and '{_short(label)}'")
+    if not pairs:
+        return []
+    return [f"markers whose names differ in case only: {', '.join(pairs[:5])}"]
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= _LONGEST else name[:_LONGEST] + "..."
