@@ -97,7 +97,7 @@ def test_a_row_whose_blank_end_was_cut_off_lacks_whole_markers(short, tmp_path):
 @pytest.mark.parametrize("short", [(1,), (1, 2), (*ONE, 4), (*ONE, 4, 5)])
 def test_a_row_that_ends_within_a_marker_is_an_error(short, tmp_path):
     rows = [row(1, *ONE, *TWO), row(2, *short), row(3, *ONE, *TWO)]
-    with pytest.raises(FileError, match="line 8: has . cells"):
+    with pytest.raises(FileError, match=r"line 8: has . cells"):
         read(tmp_path, trc(rows))
 
 
