@@ -233,6 +233,7 @@ def batch(*groups: Sequence[Decorator]) -> Decorator:
         @functools.wraps(function)
         def wrapper(**given: Any) -> Any:
             values = {name: given.pop(name) for name in own & given.keys()}
+            values["config"] = click.get_current_context().meta.get(CONFIG)
             given_values = {k: v for k, v in values.items() if v is not None}
             return function(batch=Batch(**given_values), **given)
 

@@ -8,7 +8,7 @@ import click
 
 from handclean.cli import completion, options
 from handclean.errors import UsageError
-from handclean.pipeline import manifest, many
+from handclean.pipeline import manifest, many, places
 from handclean.pipeline.batch import Batch, Work
 from handclean.pipeline.choices import Simulating
 from handclean.simulation.scenarios import Scenario, find_scenario
@@ -55,4 +55,5 @@ def command(batch: Batch, scenario: Scenario, settings: SimulateConfig) -> int:
     work = replace(Work.of("simulate", batch, chosen), seed=settings.seed)
     steps = import_module(work.module)  # late, so that help is instant
     tasks = steps.tasks(chosen, Path(batch.output))
+    places.expect_apart(tasks, batch.reads)
     return many.run_tasks(work, batch, manifest.shard(tasks, batch.shard), ())

@@ -24,6 +24,7 @@ class Batch:
     lenient : save what can be saved of a damaged file.
     believe_coordinates : of a C3D that marks every point as missing.
     files : further files the step reads, by what they are ("calibration").
+    config : the file of settings, or None.
     jobs : worker processes, None for as many as Slurm grants, else one.
     shard : "I/N" to take every N-th line from the I-th, or "".
     fail_fast : start nothing more after the first failure.
@@ -46,6 +47,7 @@ class Batch:
     lenient: bool = False
     believe_coordinates: bool = False
     files: Mapping[str, Path] = field(default_factory=dict)
+    config: Path | None = None
     jobs: int | None = None
     shard: str = ""
     fail_fast: bool = False
@@ -56,6 +58,12 @@ class Batch:
     json: bool = False
     quiet: bool = False
     verbose: bool = False
+
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """Files that are read for the command as a whole."""
+        named = Path(self.manifest) if self.manifest not in (None, "-") else None
+        return tuple(path for path in (named, self.config) if path is not None)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,8 +19,9 @@ from handclean.pipeline.batch import Report, Source, Task, Work
 from handclean.pipeline.needs import SUBJECT
 from handclean.pipeline.notice import Notice, silent, watching
 from handclean.pipeline.outcome import Outcome
-from handclean.pipeline.outputs import State
-from handclean.pipeline.plan import RECORDINGS, files_of
+from handclean.pipeline.outputs import Kept, State
+from handclean.pipeline.places import files_of, written_by
+from handclean.pipeline.plan import RECORDINGS
 
 Step = Callable[[Any, Any], Outcome]
 
@@ -66,7 +67,7 @@ def _placed(task: Task, error: HandcleanError) -> str:
         return str(error.at(where))
     if isinstance(error.where, TakeNumber):
         return str(error.at(task.sources[error.where.number].name))
-    if file in (*_inputs(task), *task.outputs):
+    if file in (*_inputs(task), *written_by([task])):
         return str(error)
     for source in task.sources:
         given = file in files_of(source).values()
@@ -101,8 +102,11 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
         for path in files_of(source).values()
     }
     begun = record.entry(work, task, digests)
-    states = {outputs.state(path, begun, work.overwrite) for path in task.outputs}
-    if states == {State.SAME}:
+    kept = Kept(digests)
+    states = {
+        path: outputs.state(path, begun, work.overwrite, kept) for path in task.outputs
+    }
+    if set(states.values()) == {State.SAME}:
         outputs.touch(task)
         made = record.of(task.outputs[0])[-1]
         return Report(
@@ -118,8 +122,8 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
     )
     outcome = _outcome(work, replace(task, sources=sources), notice)
     entry = record.finished(begun, outcome)
-    lost = outputs.write(task, outcome, entry)
-    return _done(entry["figures"], outcome, lost)
+    lost, stood = outputs.write(task, outcome, entry, states)
+    return _done(entry["figures"], outcome, (*lost, *stood))
 
 
 def _expect_file(path: Path) -> None:

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 from handclean.errors import UsageError
-from handclean.pipeline import manifest, needs, plan, require
+from handclean.pipeline import failed, manifest, needs, plan, require, staging
 from handclean.pipeline.batch import Batch, Report, Task, Work
 from handclean.pipeline.console import Console
 from handclean.pipeline.execute import execute, figures_of
@@ -72,7 +72,8 @@ def run_tasks(
         sys.stderr.write(_nothing(batch))
     known = figures_of(work) if batch.require else {}
     conditions = [require.parse(text, known) for text in batch.require]
-    _expect_writable(batch.failed, tasks)
+    failed.expect_free(batch, tasks)
+    staging.remove_dead(path for task in tasks for path in task.outputs)
     console = Console(batch, len(tasks))
     reports: dict[int, Report] = {}
     met = True
@@ -90,9 +91,9 @@ def run_tasks(
             for i in range(len(tasks))
             if i not in reports or reports[i].status == "failed"
         }
-        unlisted = _write_failed(batch.failed, tasks, lines, unfinished)
-        if unlisted:
-            console.note(unlisted)
+        unlisted, kept = failed.write(batch, tasks, lines, unfinished)
+        for text in filter(None, (unlisted, kept)):
+            console.note(text)
     console.summarise(list(reports.values()))
     status = _exit_status(list(reports.values()), met)
     return FAILED if unlisted and status != WRONG_USAGE else status
@@ -126,10 +127,10 @@ def _unmet(conditions: Sequence[Condition], report: Report) -> list[str]:
 
 
 def _exit_status(reports: Sequence[Report], met: bool) -> int:
-    failed = [report for report in reports if report.status == "failed"]
-    if failed:
-        all_wrong = all(report.exit_status == WRONG_USAGE for report in failed)
-        nothing_done = len(failed) == len(reports)
+    wrong = [report for report in reports if report.status == "failed"]
+    if wrong:
+        all_wrong = all(report.exit_status == WRONG_USAGE for report in wrong)
+        nothing_done = len(wrong) == len(reports)
         return WRONG_USAGE if all_wrong and nothing_done else FAILED
     return 0 if met else NOT_MET
 
@@ -187,31 +188,3 @@ def jobs_of(batch: Batch) -> int:
             f"SLURM_CPUS_PER_TASK: should be a number of processors, not '{granted}'"
         )
     return int(granted)
-
-
-def _expect_writable(path: Path | None, tasks: Sequence[Task]) -> None:
-    if path is None:
-        return
-    there = path.absolute() if path.exists() else path.absolute().parent
-    if path.is_dir() or not there.exists() or not os.access(there, os.W_OK):
-        raise UsageError("cannot be written; --failed should name a file", where=path)
-    plan.expect_unused(path, tasks)
-
-
-def _write_failed(
-    path: Path | None,
-    tasks: Sequence[Task],
-    lines: Sequence[Line],
-    unfinished: set[int],
-) -> str:
-    """List the failed inputs where that is asked for; say why it could not be done."""
-    if path is None:
-        return ""
-    placed = plan.failed_lines(tasks, lines)
-    text = manifest.to_csv(line for i, line in enumerate(placed) if i in unfinished)
-    try:
-        path.write_bytes(os.fsencode(text))
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        return f"--failed {path}: cannot be written: {reason}"
-    return ""

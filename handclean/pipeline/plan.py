@@ -15,6 +15,8 @@ from handclean.errors import UnknownSettingError, UsageError
 from handclean.pipeline import manifest
 from handclean.pipeline.batch import Batch, Source, Task
 from handclean.pipeline.manifest import Line
+from handclean.pipeline.places import expect_apart
+from handclean.pipeline.staging import token
 
 RECORDINGS = (".h5", ".c3d", ".trc", ".csv", ".mot", ".bvh", ".glb")
 """Suffixes a take can be written with."""
@@ -54,11 +56,12 @@ def mapping(
     if not suffixes:
         return [Task(sources=(source,)) for source in sources]
     outputs = _outputs(batch, lines, suffixes)
-    expect_apart(outputs, [(source,) for source in sources])
-    return [
+    tasks = [
         Task(sources=(source,), outputs=(output,), token=token())
         for source, output in zip(sources, outputs, strict=True)
     ]
+    expect_apart(tasks, batch.reads)
+    return tasks
 
 
 def reducing(
@@ -89,72 +92,9 @@ def reducing(
     output = Path(batch.output)
     _expect_suffix(output, output.suffix, suffixes)
     outputs = (output, *beside)
-    expect_apart(outputs, [sources] * len(outputs))
-    return Task(sources=sources, outputs=outputs, token=token(), reduces=True)
-
-
-def token() -> str:
-    """Make a name for temporary files that no other task has."""
-    return os.urandom(6).hex()
-
-
-def expect_apart(
-    outputs: Sequence[Path], sources: Sequence[tuple[Source, ...]]
-) -> None:
-    """Expect every output in a place of its own where nothing is read.
-
-    Raises
-    ------
-    UsageError
-        If two outputs are one file, or an output is one of the files read.
-    """
-    read = {
-        _identity(path): path
-        for group in sources
-        for source in group
-        for path in files_of(source).values()
-    }
-    taken: dict[object, str] = {}
-    for output, group in zip(outputs, sources, strict=True):
-        identity = _identity(output)
-        if identity in read:
-            raise UsageError(
-                "is read as well as written; -o should name another place", where=output
-            )
-        if identity in taken:
-            raise UsageError(
-                f"would be written twice, "
-                f"from {taken[identity]} and from {group[0].name}",
-                where=output,
-            )
-        taken[identity] = group[0].name
-
-
-def expect_unused(path: Path, tasks: Iterable[Task]) -> None:
-    """Expect that no task reads or writes a file.
-
-    Raises
-    ------
-    UsageError
-        If one does.
-    """
-    identity = _identity(path)
-    for task in tasks:
-        read = [p for source in task.sources for p in files_of(source).values()]
-        if identity in map(_identity, [*read, *task.outputs]):
-            raise UsageError(
-                "is also an input or an output of this command", where=path
-            )
-
-
-def files_of(source: Source) -> dict[str, Path]:
-    """List the files a source makes its step read, by their role."""
-    files = {"input": source.path} if source.is_file else {}
-    numbered = enumerate(source.subjects, start=1)
-    files.update({f"subject {number}": path for number, path in numbered})
-    if source.marker_set_file is not None:
-        files["marker_set"] = source.marker_set_file
-    return files | dict(source.files)
+    task = Task(sources=sources, outputs=outputs, token=token(), reduces=True)
+    expect_apart([task], batch.reads)
+    return task
 
 
 def _source(batch: Batch, line: Line) -> Source:
@@ -226,15 +166,6 @@ def _common_parent(inputs: Iterable[Path]) -> str:
 
 def _below(path: Path, parent: str) -> str:
     return os.path.relpath(os.path.abspath(path), parent)
-
-
-def _identity(path: Path) -> object:
-    """Name a file so that every way to it gives the same, hard links too."""
-    try:
-        status = path.stat()
-    except OSError:
-        return os.path.realpath(path)
-    return status.st_dev, status.st_ino
 
 
 def failed_lines(tasks: Iterable[Task], lines: Iterable[Line]) -> list[Line]:

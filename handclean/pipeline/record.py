@@ -23,7 +23,7 @@ from handclean import __version__
 from handclean.errors import FileError, UsageError
 from handclean.pipeline.batch import Source, Task, Work
 from handclean.pipeline.outcome import Entry, Outcome
-from handclean.pipeline.plan import files_of
+from handclean.pipeline.places import files_of, sidecar
 
 SAME = ("command", "version", "code", "settings", "inputs", "seed")
 """What has to be equal for a rerun to be the same.
@@ -156,6 +156,25 @@ def of(path: Path) -> tuple[Entry, ...]:
         return ()
 
 
+def behind(path: Path) -> frozenset[str]:
+    """Digests of the files that stand in a file's provenance, also if it was edited."""
+    place = Path(os.path.realpath(path))
+    entries = _inside(place) if place.suffix.lower() == ".h5" else ()
+    with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+        entries += _entries(json.loads(sidecar(place).read_bytes())["provenance"])
+    items = (item for entry in entries for item in _entries(entry.get("inputs")))
+    return frozenset(str(item["sha256"]) for item in items if "sha256" in item)
+
+
+def is_record(path: Path) -> bool:
+    """Whether a file is a record that stands, or stood, beside an output."""
+    try:
+        document = json.loads(path.read_bytes())
+        return bool(document["sha256"]) and bool(_entries(document["provenance"]))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return False
+
+
 def _inside(path: Path) -> tuple[Entry, ...]:
     from handclean.io import h5, seal  # late, so that help is instant
 
@@ -193,11 +212,6 @@ def _entries(found: object) -> tuple[Entry, ...]:
     if not isinstance(found, list):
         return ()
     return tuple(found) if all(isinstance(item, dict) for item in found) else ()
-
-
-def sidecar(path: Path) -> Path:
-    """Where the record of an output stands that cannot carry it itself."""
-    return path.with_name(path.name + ".made.json")
 
 
 def write_sidecar(path: Path, output: Path, provenance: Sequence[Entry]) -> None:

@@ -11,7 +11,10 @@ import h5py
 import pytest
 
 from handclean.errors import UsageError
-from handclean.pipeline import many, plan, record
+from handclean.io.h5 import write_h5
+from handclean.io.parts import Part
+from handclean.io.provenance import provenance_item
+from handclean.pipeline import many, plan, record, staging
 from handclean.pipeline.batch import Batch, Work
 from handclean.pipeline.execute import execute
 
@@ -245,8 +248,129 @@ def test_a_file_handclean_did_not_make_is_refused(inputs, run, name):
     assert status == 1
     assert "--overwrite replaces it" in o["error"]
     assert Path(name).read_bytes() == before
-    assert run(*paths, output=name, overwrite=True)[0] == 0
-    assert run(*paths, output=name)[1][0]["status"] == "skipped"
+    status, (o,), _ = run(*paths, output=name, overwrite=True)
+    assert status == 0
+    assert o["warnings"] == [f"the {name} that stood there is kept as {name}~"]
+    assert Path(f"{name}~").read_bytes() == before
+    _, (o,), _ = run(*paths, output=name)
+    assert (o["status"], o["warnings"]) == ("skipped", [])
+
+
+def test_what_was_kept_is_never_lost_to_what_is_kept_next(inputs, run):
+    paths = inputs(a="one")
+    for text in ("first", "second", "first", "third"):
+        Path("out.csv").write_text(text)
+        assert run(*paths, output="out.csv", overwrite=True)[0] == 0
+        assert Path("out.csv").read_text() == "ONE"
+    assert run(*paths, output="out.csv", overwrite=True)[1][0]["warnings"] == []
+    kept = {path.name: path.read_text() for path in Path().glob("*~*")}
+    assert kept == {"out.csv~": "first", "out.csv~2": "second", "out.csv~3": "third"}
+
+
+def test_without_hard_links_it_is_kept_all_the_same(inputs, run, monkeypatch):
+    def link(source, target):
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    monkeypatch.setattr(os, "link", link)
+    Path("out.csv~").write_text("older")
+    Path("out.csv").write_text("mine")
+    assert run(*inputs(a="one"), output="out.csv", overwrite=True)[0] == 0
+    assert Path("out.csv~").read_text() == "older"
+    assert Path("out.csv~2").read_text() == "mine"
+
+
+def test_what_stands_in_the_place_of_a_record_is_kept(inputs, run):
+    paths = inputs(a="one")
+    beside = Path("out.csv.made.json")
+    beside.write_text("mine")
+    status, (o,), _ = run(*paths, output="out.csv")
+    assert (status, Path("out.csv").exists()) == (1, False)
+    assert o["error"].startswith("out.csv.made.json: is there already")
+    assert run(*paths, output="out.csv", overwrite=True)[0] == 0
+    assert Path("out.csv.made.json~").read_text() == "mine"
+    assert run(*paths, output="out.csv")[1][0]["status"] == "skipped"
+    beside.write_text("mine")
+    assert run(*paths, output="out.csv")[0] == 1
+    assert beside.read_text() == "mine"
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+@pytest.mark.parametrize("edited", [False, True])
+def test_what_an_input_was_made_from_is_never_replaced(folder, run, overwrite, edited):
+    raw, made, again = Path("raw.csv"), Path("made.csv"), Path("again.csv")
+    raw.write_text("one")
+    Path("way.csv").symlink_to(raw)
+    run(raw, output=str(made))
+    run(made, output=str(again))
+    if edited:
+        for path in (made, again):
+            path.write_text("edited")
+    for path in (raw, Path("way.csv"), Path("none/../raw.csv")):
+        for given in (made, again):
+            status, (o,), _ = run(given, output=str(path), overwrite=overwrite)
+            assert status == 2
+            assert o["error"].startswith(f"{path}: is what an input was made from")
+    assert sorted(tree(".")) == [
+        "again.csv", "again.csv.made.json", "made.csv", "made.csv.made.json",
+        "raw.csv", "way.csv",
+    ]  # fmt: skip
+    assert raw.read_text() == "one"
+
+
+def test_what_a_file_beside_the_input_was_made_from_is_never_replaced(folder, run):
+    for name in ("rom.csv", "take.txt"):
+        Path(name).write_text("one")
+    run(Path("rom.csv"), output="map.csv")
+    given = {"files": {"joint_map": Path("map.csv")}}
+    status, (o,), _ = run(Path("take.txt"), output="rom.csv", overwrite=True, **given)
+    assert (status, Path("rom.csv").read_text()) == (2, "one")
+    assert o["error"].startswith("rom.csv: is what an input was made from")
+
+
+def test_what_has_the_bytes_of_an_input_but_was_made_of_it_is_replaced(folder, run):
+    raw = Path("raw.csv")
+    raw.write_text("ONE")
+    run(raw, output="mid.csv")
+    run(Path("mid.csv"), output="copy.csv")
+    assert Path("copy.csv").read_bytes() == raw.read_bytes()
+    for given in ({"seed": 1}, {"overwrite": True}):
+        status, (o,), _ = run(Path("mid.csv"), output="copy.csv", **given)
+        assert (status, o["status"], o["warnings"]) == (0, "done", [])
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_no_file_is_replaced_by_one_of_another_kind(inputs, run, overwrite):
+    paths = inputs(a="one", b="two")
+    entry = {"command": "calibrate-hand markers", "inputs": []}
+    write_h5(Path("S01.h5"), "handclean subject", Part(items=provenance_item([entry])))
+    before = Path("S01.h5").read_bytes()
+    status, (o,), _ = run(paths[0], output="S01.h5", overwrite=overwrite)
+    assert status == 2
+    assert o["error"] == (
+        "S01.h5: is a subject, which a tally never replaces; "
+        "-o should name another place"
+    )
+    assert tree(".").keys() == {"S01.h5", *map(str, paths)}
+    assert Path("S01.h5").read_bytes() == before
+
+
+def test_what_appears_while_an_output_is_made_is_not_replaced(inputs, run):
+    paths = inputs(a="appears out.csv")
+    status, (o,), _ = run(*paths, output="out.csv")
+    assert (status, o["error"]) == (1, "out.csv: was made by somebody else meanwhile")
+    assert Path("out.csv").read_text() == "theirs"
+
+
+def test_what_a_killed_run_left_of_an_output_goes(inputs, run, monkeypatch):
+    (path,) = inputs(a="one")
+    monkeypatch.setattr(staging, "_started", lambda pid: "1")
+    for name in ("a.csv", "b.csv"):
+        half = staging.temporary(Path("out", name).absolute(), staging.token(), 0)
+        half.write_text("half")
+    monkeypatch.undo()
+    os.chdir(half.parent)
+    assert run(path, output="out", format=".csv")[0] == 0
+    assert [p.name for p in Path().glob(".handclean*")] == [half.name]
 
 
 def test_an_output_that_was_edited_is_no_longer_handcleans(inputs, run):
@@ -347,6 +471,35 @@ def test_the_list_of_failed_inputs_is_a_manifest_that_puts_them_in_place(inputs,
     assert run(manifest="failed.csv", quiet=True) == (0, [], "")
 
 
+@pytest.mark.parametrize("text", ["mine", "input,subject\na.c3d,S01.h5\n", "a.c3d\n"])
+def test_the_list_of_failed_inputs_replaces_only_an_older_one(inputs, run, text):
+    paths = inputs(a="wrong")
+    listed = Path("f.csv")
+    listed.write_text(text)
+    with pytest.raises(UsageError, match=r"f\.csv: is there already and no list of"):
+        run(*paths, output="out", failed=listed)
+    assert listed.read_text() == text
+    _, _, err = run(*paths, output="out", failed=listed, overwrite=True)
+    assert "--failed: the f.csv that stood there is kept as f.csv~\n" in err
+    assert Path("f.csv~").read_text() == text
+    assert listed.read_text().startswith("input,output,")
+    run(*paths, output="out", failed=listed)
+    listed.write_text("")
+    run(*paths, output="out", failed=listed)
+    assert len(list(Path().glob("f.csv*"))) == 2
+
+
+def test_the_list_of_failed_inputs_never_replaces_a_list_of_inputs(inputs, run):
+    inputs(a="wrong")
+    for text in ("in/a.txt\n", "input,side\nin/a.txt,left\n"):
+        Path("list.csv").write_text(text)
+        for overwrite in (False, True):
+            given = {"failed": Path("list.csv"), "overwrite": overwrite}
+            with pytest.raises(UsageError, match="also an input"):
+                run(manifest="list.csv", output="out", **given)
+        assert Path("list.csv").read_text() == text
+
+
 def test_a_requirement_that_is_not_met_exits_3(inputs, run):
     paths = inputs(a="one", b="one two")
     status, objects, err = run(*paths, output="out", require=("words<=1", "words > 0"))
@@ -438,7 +591,7 @@ def full(folder, monkeypatch):
     write_bytes = Path.write_bytes
 
     def write(path, data):
-        if path.name == "full.csv":
+        if path.name.startswith(".handclean-"):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
         return write_bytes(path, data)
 
@@ -456,6 +609,7 @@ def test_a_list_of_failed_inputs_that_cannot_be_written_is_one_line(
         "--failed full.csv: cannot be written: no space left on device"
     )
     assert o["status"] == ("done" if text == "one" else "failed")
+    assert [path for path in Path().iterdir() if path.suffix == ".csv"] == []
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from handclean.io.glove import write_readings
 from handclean.io.landmarks import write_landmarks
 from handclean.io.meshes import Mesh, write_mesh
 from handclean.io.subject import write_subject
-from handclean.pipeline import plan, sessions
+from handclean.pipeline import sessions, staging
 from handclean.pipeline.batch import Source, Task
 from handclean.pipeline.choices import Simulating
 from handclean.pipeline.outcome import Entry, Outcome, Writer
@@ -79,7 +79,7 @@ def tasks(settings: Simulating, folder: Path) -> list[Task]:
             number=number + 1,
         )
         planned.append(
-            Task(sources=(source,), outputs=tuple(outputs), token=plan.token())
+            Task(sources=(source,), outputs=tuple(outputs), token=staging.token())
         )
     return planned
 

@@ -9,7 +9,7 @@ from handclean.errors import TAKE, FileError, HandcleanError, Place, TakeNumber
 from handclean.io.h5 import write_h5
 from handclean.io.parts import Part
 from handclean.io.provenance import provenance_item
-from handclean.pipeline import chance
+from handclean.pipeline import chance, record
 from handclean.pipeline.outcome import Outcome
 
 FIGURES = {"words": "words of the input", "draw": "a random number", "gap": "unknown"}
@@ -49,6 +49,7 @@ def tally(source, settings):
         figures=figures,
         warnings=warnings,
         writers=(write,) if settings != "print" else (),
+        history=() if isinstance(source, tuple) else record.of(source.path),
     )
 
 
@@ -67,6 +68,8 @@ def act(source, word="", argument="", begun=""):
         raise HandcleanError("has no rate", where=TAKE if word == "take" else None)
     if word == "second":
         raise HandcleanError("has no rate", where=TakeNumber(1))
+    if word == "appears":
+        Path(argument).write_text("theirs")
     if word == "bug":
         raise ZeroDivisionError("two\nlines")
     if word == "memory":
