@@ -25,7 +25,7 @@ _WHOLE = 1e-4
 """A rate found from times counts as whole when within this share of a whole number."""
 
 _TIME = re.compile(
-    r"(?:time|times|timestamp|timestamps|t|elapsed time|elapsedtime|frame time)"
+    r"(?:time|times|time[ _]?stamps?|t|elapsed[ _]?time|frame[ _]?time)"
     r"(?:[\s_]*[\[(](?P<in>[^\])]*)[\])]|[\s_]+(?P<of>\w+)|(?P<as>sec|seconds|ms))?"
 )
 
@@ -41,6 +41,10 @@ class Column(NamedTuple):
 
     seconds: float
     says: bool
+
+
+SECONDS_SAID = Column(1.0, True)
+"""Times in seconds, beyond doubt."""
 
 
 def time_column(name: str) -> Column | None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from handclean.errors import FileError
-from handclean.io.clock import Column, time_column
+from handclean.io.clock import SECONDS_SAID, Column, time_column
 from handclean.io.csv_header import INDEX
 from handclean.io.reading import METRES, check_labels
 
@@ -97,7 +97,7 @@ def own_layout(path: Path, names: list[str], own: dict[str, Any]) -> Layout:
     markers = _whole(path, axes)
     if not motions:
         check_labels(path, list(markers))
-    clock = Column(1.0, True)
+    clock = SECONDS_SAID
     return Layout(frame, time, clock, markers, None, origins, motions, extra, at)
 
 

@@ -11,6 +11,8 @@ and nan are missing.
 
 import json
 import math
+import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,9 +22,12 @@ import numpy as np
 
 from handclean.arrays import Floats, expect_shape
 from handclean.errors import FileError, Place, UsageError
+from handclean.io.clock import SECONDS_SAID, SLOWEST_HZ, Column, time_column
 from handclean.io.h5 import expect_same, open_some, opened, write_h5
 from handclean.io.h5_numbers import Stored
+from handclean.io.missing import number_in
 from handclean.io.parts import Array, Part
+from handclean.io.reading import text as as_text
 from handclean.io.writing import write_lines
 
 FORMAT = "handclean glove readings"
@@ -30,7 +35,6 @@ FORMAT = "handclean glove readings"
 MARK = "# handclean readings"
 """What a CSV of ours begins with."""
 
-_TIME = {"time", "times", "time_s", "timesec", "timeseconds", "t"}
 _FRAME = {"frame", "frames", "frameno", "framenumber", "sample"}
 _AGREE = 1e-3
 _HEAD = 2000
@@ -40,6 +44,7 @@ _ROUNDED = 1e-3
 """[s] to which times may be rounded."""
 
 _LONGEST_LINE = 2**20
+_NAME = 40
 _NO_READINGS = (
     "has no dataset 'readings' (frames, sensors)",
     "with it may stand 'time' [s] and 'sensors'",
@@ -69,6 +74,7 @@ class ReadingsFile:
     rate: float
     facts: Mapping[str, Any] = field(default_factory=dict)
     _time_column: int = -1
+    _clock: Column = SECONDS_SAID
     _skipped: tuple[int, ...] = ()
     _lines: int = 0
     _stored: Mapping[str, Stored] = field(default_factory=dict)
@@ -144,7 +150,7 @@ class ReadingsFile:
     def _split(self, grid: Floats, done: int) -> tuple[Floats, Floats]:
         values = np.delete(grid, self._skipped, axis=1)
         if self.has_times:
-            return grid[:, self._time_column].copy(), values
+            return grid[:, self._time_column] * self._clock.seconds, values
         return (done + np.arange(len(grid))) / self.rate, values
 
     def _h5(self, size: int) -> Iterator[_Piece]:
@@ -205,6 +211,8 @@ def open_readings(
     if found.has_times:
         if rate_hz:
             _expect_rate(found, rate_hz)
+        elif not found._clock.says:
+            _expect_possible(found)
         return found
     said = found.facts.get("rate_hz")
     said = float(said) if isinstance(said, int | float) and said > 0 else None
@@ -264,12 +272,24 @@ def _expect_rate(found: ReadingsFile, rate_hz: float) -> None:
         )
 
 
+def _expect_possible(found: ReadingsFile) -> None:
+    """Expect times without a unit to be seconds: to run at 1 Hz at least."""
+    times, _ = next(found.chunks(_HEAD))
+    if len(times) > 1 and (step := float(np.median(np.diff(times)))) > 1 / SLOWEST_HZ:
+        wrong = f"by its times it runs at {1 / step:.3g} Hz, which is no rate"
+        right = "call them time_ms if they are milliseconds; --rate says it is right"
+        raise FileError(found.path, wrong, right)
+
+
 def _open_csv(path: Path, sensors: int) -> ReadingsFile:
     facts: dict[str, Any] = {}
     with path.open("rb") as file:
         lines = _lines(path, file)
         skipped = 0
         for line in lines:
+            if b"\0" in line or b"\r" in line.rstrip(b"\r\n"):
+                wrong = "is not lines of text with their ends as they should be"
+                raise FileError(path, wrong, "save it as CSV in UTF-8")
             text = line.decode("utf-8", "replace").strip().lstrip("\ufeff")
             if text.startswith(MARK):
                 facts = _facts(path, text.removeprefix(MARK))
@@ -295,16 +315,14 @@ def _open_csv(path: Path, sensors: int) -> ReadingsFile:
             _skipped=(0,) if first else (),
             _lines=skipped,
         )
-    plain = [
-        cell.casefold().replace(" ", "").split("(")[0].split("[")[0] for cell in cells
-    ]
-    times = [k for k, name in enumerate(plain) if name in _TIME]
-    others = [k for k, name in enumerate(plain) if name in _FRAME]
-    leave = (*times, *others)
+    clocks = {k: said for k, cell in enumerate(cells) if (said := time_column(cell))}
+    plain = [re.split(r"[(\[]", cell[:_NAME])[0].casefold() for cell in cells]
+    others = [k for k, name in enumerate(plain) if name.replace(" ", "") in _FRAME]
+    leave = dict.fromkeys((*clocks, *others))
     names = tuple(cell for k, cell in enumerate(cells) if k not in leave)
-    double = sorted({name for name in names if names.count(name) > 1})
+    double = sorted(name for name, count in Counter(names).items() if count > 1)
     if double or "" in names:
-        what = f"'{double[0]}' twice" if double else "a column without a name"
+        what = f"'{double[0][:_NAME]}' twice" if double else "a column without a name"
         raise FileError(
             path, f"has {what}", "every sensor should have a name of its own"
         )
@@ -316,8 +334,9 @@ def _open_csv(path: Path, sensors: int) -> ReadingsFile:
         columns=len(names),
         rate=math.nan,
         facts=facts,
-        _time_column=times[0] if times else -1,
-        _skipped=leave,
+        _time_column=next(iter(clocks), -1),
+        _clock=next(iter(clocks.values()), SECONDS_SAID),
+        _skipped=tuple(leave),
         _lines=skipped + 1,
     )
 
@@ -325,7 +344,7 @@ def _open_csv(path: Path, sensors: int) -> ReadingsFile:
 def _facts(path: Path, text: str) -> dict[str, Any]:
     try:
         found = json.loads(text or "{}")
-    except ValueError:
+    except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
         raise FileError(path, "its first line is damaged: no JSON object")
@@ -360,13 +379,19 @@ def _numbers(path: Path, number: int, line: bytes, width: int) -> list[float]:
             f"not {width} as above",
         )
     try:
-        return [float(cell) if cell.strip() else math.nan for cell in cells]
+        if b"_" not in line:
+            return list(map(float, cells))
     except ValueError:
-        wrong = next(c for c in cells if not _is_number(c.decode("utf-8", "replace")))
-        shown = wrong[:20].decode("utf-8", "replace").strip()
-        raise FileError(
-            Place(path, f" line {number}"), f"'{shown}' is not a number"
-        ) from None
+        pass
+    return [_number(path, number, cell) for cell in cells]
+
+
+def _number(path: Path, number: int, cell: bytes) -> float:
+    try:
+        return number_in(cell)
+    except ValueError:
+        wrong = f"'{as_text(cell[:20]).strip()}' is not a number"
+        raise FileError(Place(path, f" line {number}"), wrong) from None
 
 
 def _open_h5(path: Path) -> ReadingsFile:

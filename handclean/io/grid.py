@@ -15,7 +15,7 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.errors import FileError, Place
-from handclean.io.missing import is_infinite, is_missing
+from handclean.io.missing import number_in
 from handclean.io.reading import text
 
 MOST_COLUMNS = 100_000
@@ -229,16 +229,10 @@ def _number(lines: Lines, column: int, cell: bytes) -> float:
             return float(cell)
     except ValueError:
         pass
-    plain = text(cell).strip().strip('"\ufeff').strip()
-    if is_missing(plain):
-        return math.nan
     try:
-        if "_" not in plain and plain.isascii():
-            return float(plain)
+        return number_in(cell)
     except ValueError:
-        pass
-    if is_infinite(plain):
-        return math.inf
+        plain = text(cell).strip()
     raise FileError(
         Place(lines.path, f" line {lines.number} column {column}"),
         f"'{plain[:20]}' is not a number",

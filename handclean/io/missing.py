@@ -1,10 +1,12 @@
-"""What stands for a number that is not there: words in cells, places that are none."""
+"""What stands in cells: numbers, words for none, and places that are none."""
 
+import math
 import re
 
 import numpy as np
 
 from handclean.arrays import Floats
+from handclean.io.reading import text
 
 _WORDS = frozenset(("null", "none", "nil", "na", "n/a", "n.a.", "<na>", "missing"))
 _WORDS |= frozenset(("#n/a", "#na", "#value!", "#num!", "#div/0!", "-", "--", ".", "?"))
@@ -28,9 +30,24 @@ def is_missing(cell: str) -> bool:
     return not plain or plain in _WORDS or bool(_NOT_A_NUMBER.fullmatch(plain))
 
 
-def is_infinite(cell: str) -> bool:
-    """Whether what stands in a cell is how some program writes infinity."""
-    return bool(_INFINITE.fullmatch(cell.strip().lower()))
+def number_in(cell: bytes) -> float:
+    """Return the number in a cell; NaN where it is blank or says that there is none.
+
+    Blanks of any kind and quotes around it do not count.
+
+    Raises
+    ------
+    ValueError
+        If it holds something else.
+    """
+    plain = text(cell).strip().strip('"\ufeff').strip()
+    if is_missing(plain):
+        return math.nan
+    if _INFINITE.fullmatch(plain.lower()):
+        return math.inf
+    if "_" in plain or not plain.isascii():
+        raise ValueError
+    return float(plain)
 
 
 def blank_out(places: Floats, metres: float, traps: list[str]) -> None:

@@ -1,5 +1,7 @@
 """Glove readings in files."""
 
+import time
+
 import h5py
 import numpy as np
 import pytest
@@ -241,3 +243,54 @@ def test_inspecting_readings_without_times_asks_for_the_rate(tmp_path):
     assert (about["frames"], about["rate"]) == (2, None)
     assert about["traps"] == ["has no times; give --rate"]
     assert files.inspect(path, rate_hz=50.0)["duration_s"] == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize(
+    "blank", ["\u00a0", "NULL", "-nan(ind)", "1.#QNAN", "NA", '""']
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_blanks_and_words_for_nothing_are_missing_readings(blank, encoding, tmp_path):
+    path = tmp_path / "take.csv"
+    path.write_bytes(f"time_s,A,B\n0.0,{blank},1\n0.1,2\u00a0,3\n".encode(encoding))
+    np.testing.assert_array_equal(open_readings(path).all()[1], [[np.nan, 1], [2, 3]])
+
+
+@pytest.mark.parametrize("cell", ["1 2", "x\u00a0y", "\u0663", "1_0"])
+def test_what_is_no_reading_is_named_with_its_line(cell, tmp_path):
+    path = write(tmp_path, f"time_s,A,B\n0.0,1,1\n0.1,{cell},3\n")
+    with pytest.raises(FileError, match=f"line 3: '{cell}' is not a number"):
+        open_readings(path).all()
+
+
+@pytest.mark.parametrize("name", ["Time (ms)", "time_ms", "time [ms]"])
+def test_a_column_of_times_may_be_in_milliseconds(name, tmp_path):
+    path = write(tmp_path, f"{name},A,B\n5000,1,1\n5010,2,3\n")
+    np.testing.assert_allclose(open_readings(path).all()[0], [5.0, 5.01])
+
+
+def test_times_that_as_seconds_would_run_too_slowly_are_no_rate(tmp_path):
+    path = write(tmp_path, "time,A,B\n0,1,1\n10,2,3\n20,2,3\n")
+    with pytest.raises(FileError, match=r"runs at 0\.1 Hz, .* call them time_ms"):
+        open_readings(path)
+    assert open_readings(path, rate_hz=0.1).all()[0].tolist() == [0, 10, 20]
+
+
+@pytest.mark.parametrize(
+    "text", ["a,b\r1,2\r", "a,b\n".encode("utf-16").decode("latin-1")]
+)
+def test_lines_of_another_kind_are_refused_as_such(text, tmp_path):
+    path = tmp_path / "take.csv"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(
+        FileError, match=r"not lines of text .* save it as CSV in UTF-8"
+    ):
+        open_readings(path, rate_hz=60.0)
+
+
+def test_many_sensors_cost_little(tmp_path):
+    names = [f"s{k}" for k in range(50_000)]
+    row = ",".join("1" * len(names))
+    path = write(tmp_path, ",".join(names) + f"\n{row}\n{row}\n")
+    begun = time.process_time()
+    assert open_readings(path, rate_hz=60.0).columns == len(names)
+    assert time.process_time() - begun < 2.0
