@@ -108,6 +108,8 @@ def inspect_mot(path: Path) -> dict[str, Any]:
     if line is None:
         raise FileError(path, "is not a MOT file", "its header ends with 'endheader'")
     names = [text(cell) for cell in lines.cells(None)]
+    if not names:
+        raise FileError(lines.where, "names no columns", "'time' should be the first")
     traps: list[str] = []
     table = read_numbers(
         lines, Form(columns=len(names), delimiter=None), traps, lenient=True
@@ -120,8 +122,9 @@ def inspect_mot(path: Path) -> dict[str, Any]:
     if not step > 0:
         traps.append("its times do not rise")
     elif np.any(steps > 1.5 * step):
-        holes = int(np.rint(steps / step - 1).clip(min=0).sum())
-        traps.append(f"{holes} frames are left out: its times are spaced unevenly")
+        with np.errstate(over="ignore"):
+            holes = np.nansum(np.rint(steps / step - 1).clip(min=0))
+        traps.append(f"{holes:.6g} frames are left out: its times are spaced unevenly")
     if np.isnan(table).any():
         count = np.count_nonzero(np.isnan(table).any(axis=1))
         traps.append(f"{count} rows hold NaN, which OpenSim cannot use")

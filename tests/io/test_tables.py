@@ -12,6 +12,7 @@ from hypothesis.extra import numpy as hnp
 from scipy.spatial.transform import Rotation
 
 from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.io import files
 from handclean.io.csv_write import write_csv
 from handclean.io.mot import inspect_mot, write_mot
 from handclean.io.qualisys import read_tsv
@@ -395,12 +396,21 @@ def test_mot_without_a_whole_frame_is_an_error(rng, tmp_path):
     assert not (tmp_path / "a.mot").exists()
 
 
-@pytest.mark.parametrize("text", ["x\n" * 200, "x\n", "a\nendheader\ntime q\nx y\n"])
+@pytest.mark.parametrize(
+    "text",
+    ["x\n" * 200, "x\n", "a\nendheader\ntime q\nx y\n", "endheader\n\n1 2\n3 4\n"],
+)
 def test_what_is_no_mot_is_one_clear_line(text, tmp_path):
     (tmp_path / "a.mot").write_text(text)
     with pytest.raises(FileError, match=r"a\.mot") as caught:
         inspect_mot(tmp_path / "a.mot")
     assert "\n" not in str(caught.value)
+
+
+def test_a_mot_of_wild_times_is_inspected_without_warnings(tmp_path):
+    text = "endheader\ntime q\n0 1\n1e-320 1\n2e-320 1\n1e300 1\n"
+    (tmp_path / "a.mot").write_text(text)
+    assert files.inspect(tmp_path / "a.mot")["frames"] == 4
 
 
 def test_mot_columns_of_several_motions_begin_with_their_names(rng, tmp_path):
