@@ -103,6 +103,15 @@ class JointTree:
             carried[b] |= self.hinge_bone == b
         return carried
 
+    def limbs(self) -> Ints:
+        """(B,) the limb each bone is on, by its innermost hinge; -1 on none."""
+        out = np.full(len(self.bones), -1)
+        for b in range(1, len(self.bones)):
+            own = np.flatnonzero(self.hinge_bone == b)
+            up = out[self.parents[b]]
+            out[b] = own[0] if up < 0 and len(own) else up
+        return out
+
     def mirrored(self) -> "JointTree":
         """Return the mirror image: the same angles mean the same posture."""
         sides = {"left": "right", "right": "left", "": ""}

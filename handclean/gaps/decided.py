@@ -137,8 +137,6 @@ def doubt_jumps(
 
 def same_finger(model: Model) -> Bools:
     """(M, D) whether a hinge is on the limb of the tree that a marker sits on."""
-    moves = model.tree.carried_by()
-    first = np.where(moves.any(axis=1), np.argmax(moves, axis=1), -1)
-    limb_of_hinge = first[model.tree.hinge_bone]
-    limb_of_marker = first[model.bone]
+    limbs = model.tree.limbs()
+    limb_of_hinge, limb_of_marker = limbs[model.tree.hinge_bone], limbs[model.bone]
     return np.asarray(limb_of_marker[:, None] == limb_of_hinge)

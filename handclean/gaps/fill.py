@@ -19,7 +19,7 @@ from handclean.ik.decide import DECIDED
 from handclean.ik.doubt import doubt_of_take, zero_sigma
 from handclean.ik.noise import marker_noise
 from handclean.ik.plausible import plausible
-from handclean.ik.prior import PosturePrior
+from handclean.ik.prior import PosturePrior, knowing
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution, markers_of, solve_markers
 from handclean.recording import Event, Motion, Recording, motion_from_poses
@@ -128,6 +128,7 @@ def fill(
         rate=recording.rate,
     )
     model, positions = subject.model, markers_of(recording, subject.model)
+    prior = knowing(prior, model.tree.hinges)
     labels = recording.markers.labels if recording.markers else ()
     columns = {
         m: labels.index(label)

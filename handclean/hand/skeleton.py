@@ -27,16 +27,23 @@ only one bone.
 """
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from handclean.errors import FileError, HandcleanError, Place, UnknownNameError
+from handclean.errors import (
+    FileError,
+    HandcleanError,
+    Place,
+    UnknownNameError,
+    UsageError,
+)
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
-from handclean.tree import JointTree
+from handclean.tree import MIRROR, JointTree
 
 _KEYS = {
     "": {"name", "kind", "side", "bone", "marker"},
@@ -46,8 +53,25 @@ _KEYS = {
 }
 
 
-def rigid_subject(marker_set: MarkerSet) -> Subject:
-    """Return the tree of one bone that a rigid marker set sits on."""
+def rigid_subject(marker_set: MarkerSet, side: str = "") -> Subject:
+    """Return the tree of one bone that a rigid marker set sits on.
+
+    Parameters
+    ----------
+    side : "left" or "right"; "" for the set's. Places are as the set has them on its
+        own side, mirrored on the other.
+
+    Raises
+    ------
+    UnknownNameError
+        If a marker sits on another bone.
+    UsageError
+        If a side is asked for of a set that has none.
+    """
+    if side and not marker_set.side:
+        raise UsageError(
+            f"--side {side}: marker set {marker_set.name} is a thing without sides"
+        )
     tree = JointTree(
         kind="rigid",
         side="",
@@ -61,9 +85,15 @@ def rigid_subject(marker_set: MarkerSet) -> Subject:
         limits=np.zeros((0, 2)),
         subject=marker_set.name,
     )
+    model = marker_set.on(tree)
+    mirrored = bool(side) and side != marker_set.side
     return Subject(
         name=marker_set.name,
-        model=marker_set.on(tree),
+        model=replace(
+            model,
+            tree=replace(tree, side=side or marker_set.side),
+            at=model.at * MIRROR if mirrored else model.at,
+        ),
         marker_set=marker_set.name,
         marker_sigma=np.full(len(marker_set.labels), np.nan),
     )

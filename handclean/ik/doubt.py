@@ -45,7 +45,7 @@ from handclean.hand.subject import Subject
 from handclean.ik.decide import UNKNOWN, precision_of
 from handclean.ik.frames import LOOSE
 from handclean.ik.plausible import share_left
-from handclean.ik.prior import PosturePrior
+from handclean.ik.prior import PosturePrior, knowing
 from handclean.ik.solve import Solution, prior_arrays
 from handclean.tree import POSE_HEAD, ROOT_DOFS
 
@@ -166,7 +166,7 @@ def marker_sigma_of_angles(
     nominal_m : [m] noise with which markers weigh against the prior at least in the
         last answer: on a hand nobody measured, residuals are no noise.
     """
-    hinges = len(model.tree.hinges)
+    hinges, prior = len(model.tree.hinges), knowing(prior, model.tree.hinges)
     louder = bool(np.any(noise > nominal_m))
     precision = np.diag(prior_precision(hinges))
     usual = np.diag(precision)[ROOT_DOFS:] ** -1.0

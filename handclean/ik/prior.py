@@ -1,6 +1,6 @@
 """The posture prior: hand postures as a mean and a few directions (PCA)."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,6 +90,11 @@ def learn(
         variance_share=found.share[kept],
         source=source,
     )
+
+
+def knowing(prior: PosturePrior | None, hinges: Collection[str]) -> PosturePrior | None:
+    """Return a prior of a tree with these hinges; none where it knows none of them."""
+    return prior if prior and not set(hinges).isdisjoint(prior.names) else None
 
 
 def coverage(prior: PosturePrior, angles: Floats) -> Floats:

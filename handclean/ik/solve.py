@@ -12,7 +12,7 @@ from handclean.ik.frames import solve_frames
 from handclean.ik.likeliest import make_likeliest
 from handclean.ik.mend import jumps, mend
 from handclean.ik.plausible import share_left
-from handclean.ik.prior import PosturePrior
+from handclean.ik.prior import PosturePrior, knowing
 from handclean.ik.settings import SolveConfig
 from handclean.kernels.gauss_newton import Chain, make_work
 from handclean.recording import Recording
@@ -61,9 +61,11 @@ def chain_of(model: Model) -> Chain:
 def prior_arrays(model: Model, prior: PosturePrior | None) -> tuple[Floats, Floats]:
     """(D,) mean and (D, K) basis, one sd per column, in the order of the tree's hinges.
 
-    Hinges the prior does not know (a forearm's) have mean 0 and do not follow it.
+    Hinges the prior does not know (a forearm's) have mean 0 and do not follow it. One
+    that knows none of them is no prior.
     """
     hinges = model.tree.hinges
+    prior = knowing(prior, hinges)
     directions = 0 if prior is None else prior.components.shape[1]
     mean, basis = np.zeros(len(hinges)), np.zeros((len(hinges), directions))
     if prior is None:
@@ -114,8 +116,9 @@ def solve_markers(
     expect_shape("positions", positions, frames, markers, 3)
     weights = np.ones(markers) if weights is None else weights
     expect_shape("weights", weights, markers)
+    prior = knowing(prior, model.tree.hinges)
     mean, basis = prior_arrays(model, prior)
-    hinges = len(mean)
+    hinges, limbs = len(mean), model.tree.limbs()[model.tree.hinge_bone]
     poses = np.zeros((frames, POSE_HEAD + hinges))
     residual, steps = np.full(frames, np.nan), np.zeros(frames, dtype=np.int64)
     opened, trusted = np.ones((frames, hinges), dtype=bool), np.zeros(frames, bool)
@@ -147,7 +150,7 @@ def solve_markers(
             weights,
             chain,
             work,
-            _limbs(model),
+            limbs,
             numbers,
             settings.iterations,
             _noise(model, targets, residual),
@@ -169,7 +172,7 @@ def solve_markers(
             residual,
             opened,
             trusted,
-            _limbs(model),
+            limbs,
         )
         decide(
             targets,
@@ -203,7 +206,7 @@ def decided(
     positions : (T, M, 3) [m], NaN where missing; poses : (T, 7 + D).
     prior : without one, three markers in sight do.
     """
-    settings = settings or SolveConfig()
+    settings, prior = settings or SolveConfig(), knowing(prior, model.tree.hinges)
     enough = np.isfinite(positions).all(axis=2).sum(axis=1) >= ROOT_DOFS // 2
     if prior is None:
         return np.asarray(enough)
@@ -223,12 +226,6 @@ def decided(
         enough,
     )
     return np.asarray(enough)
-
-
-def _limbs(model: Model) -> Ints:
-    """(D,) number of the limb that each hinge is part of: its innermost hinge."""
-    carries = model.links.carries[1:, 1:]
-    return np.asarray(np.argmax(carries, axis=1))
 
 
 def _noise(model: Model, targets: Floats, residual: Floats) -> float:

@@ -28,7 +28,7 @@ def unseen(model: Model, seen: Bools) -> dict[str, float]:
         return {}
     moves = model.tree.carried_by()
     bare = (seen[enough].astype(np.int64) @ moves[model.bone]) == 0
-    limb = np.argmax(moves[model.tree.hinge_bone], axis=1)
+    limb = model.tree.limbs()[model.tree.hinge_bone]
     found = {}
     for first in sorted(set(limb.tolist())):
         name = model.tree.hinges[first]

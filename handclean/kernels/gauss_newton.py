@@ -88,13 +88,19 @@ class Work(NamedTuple):
     dense: Floats  # (6 + K, 6 + K)
     image: Floats  # (D, K)
     reduced: Floats  # (6 + K,)
+    slope: Floats  # (6 + K,) ``reduced`` before it is solved for
     alpha: Floats  # (K,)
     right: Floats  # (6 + D,) gradient before stops
     stop: Floats  # (D,) [rad] step that ends at a limit, or NaN
 
 
 def make_work(hinges: int, markers: int, directions: int = 0) -> Work:
-    """Room for trees of ``hinges`` hinges with ``markers`` markers."""
+    """Room for trees of ``hinges`` hinges with ``markers`` markers.
+
+    Parameters
+    ----------
+    directions : K of the posture subspace; it may be more than the tree has hinges.
+    """
     links, dofs, small = hinges + 1, hinges + 6, directions + 6
     return Work(
         turn=np.zeros((links, 3, 3)),
@@ -111,6 +117,7 @@ def make_work(hinges: int, markers: int, directions: int = 0) -> Work:
         dense=np.zeros((small, small)),
         image=np.zeros((hinges, directions)),
         reduced=np.zeros(small),
+        slope=np.zeros(small),
         alpha=np.zeros(directions),
         right=np.zeros(dofs),
         stop=np.zeros(hinges),
@@ -627,10 +634,10 @@ def solve_subspace(
         for a in range(basis.shape[1]):
             norm += k.alpha[a] * k.alpha[a]
         for n in range(k.reduced.shape[0]):
-            k.step[n] = k.reduced[n]
+            k.slope[n] = k.reduced[n]
         solve_dense(k.dense, k.reduced)
         for n in range(k.reduced.shape[0]):
-            promise += k.reduced[n] * k.step[n]
+            promise += k.reduced[n] * k.slope[n]
         scale, accepted = 1.0, False
         while not accepted and scale > 0.02:
             for n in range(6):

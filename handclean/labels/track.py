@@ -337,15 +337,15 @@ def refuse(s: State, book: Book, kit: Kit) -> int:
     count = 0
     for m in range(s.weight.shape[0]):
         count += 1 if s.weight[m] > 0.0 else 0
-    tried = 0
+    tried = np.zeros(kit.tree.parent.shape[0], dtype=np.bool_)  # of each branch
     resettle(s.pose, kit.none, s, kit)
     while True:
         out = judge(s, book, kit)
         if out < 0 or count <= 4:
             return count
         branch = kit.branch[out]
-        if branch > 0 and tried & (1 << branch) == 0:
-            tried |= 1 << branch
+        if branch > 0 and not tried[branch]:
+            tried[branch] = True
             rebend(s.pose, branch, s, kit)
             continue
         s.weight[out] = 0.0

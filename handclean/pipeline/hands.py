@@ -6,7 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from handclean.errors import HandcleanError, UsageError, Where
-from handclean.hand.marker_set import load_marker_set
+from handclean.hand.marker_set import MarkerSet, load_marker_set
+from handclean.hand.skeleton import rigid_subject
 from handclean.hand.subject import Subject, template_subject
 from handclean.ik.prior import PosturePrior
 from handclean.io.prior import read_prior
@@ -39,10 +40,13 @@ def check(batch: Batch, *, marked: bool = False, least: int = 1) -> None:
         _expect_markers(found, least)
     if batch.marker_set:
         with _usage("--marker-set"):
-            labels = load_marker_set(batch.marker_set).labels
+            markers = load_marker_set(batch.marker_set)
+        labels = markers.labels
         if marked:
             _expect_enough(f"--marker-set {batch.marker_set}", len(labels), least)
             _expect_worn(batch.marker_set, found)
+        if marked and not found and batch.side != "both":
+            _on_nobody(markers, batch.side)
     if given := batch.files.get("prior"):
         with _usage("--prior"):
             record.digest(given)
@@ -217,4 +221,17 @@ def _template(source: Source) -> Subject:
     marker_set = load_marker_set(source.marker_set)
     if source.side == "both":
         raise UsageError("--side both: needs a --subject for each hand")
-    return template_subject(marker_set, source.side)
+    return _on_nobody(marker_set, source.side)
+
+
+def _on_nobody(marker_set: MarkerSet, side: str) -> Subject:
+    """Put a marker set on the template hand, or make a rigid one a thing of one bone.
+
+    Raises
+    ------
+    UsageError
+        If a thing is asked for on a side it does not have.
+    """
+    if marker_set.kind == "rigid":
+        return rigid_subject(marker_set, side)
+    return template_subject(marker_set, side)

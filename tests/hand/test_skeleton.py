@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from oracles import random_tree
 
-from handclean.errors import FileError, UnknownNameError
+from handclean.errors import FileError, UnknownNameError, UsageError
 from handclean.hand.marker_set import load_marker_set, shipped
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.skeleton import load_skeleton, rigid_subject
+from handclean.hand.template import template
 
 PLIERS = """
 name = "pliers"
@@ -50,6 +52,37 @@ def test_a_rigid_object_is_a_tree_of_one_joint(tmp_path):
     assert len(subject.model.tree.bones) == 1
     assert subject.model.tree.dofs == 6
     np.testing.assert_allclose(subject.model.at, [[0.001, 0.002, 0.003]])
+
+
+@pytest.mark.parametrize("written", ["", "left", "right"])
+def test_places_of_a_rigid_set_hold_on_its_own_side(tmp_path, written):
+    path = tmp_path / "cup.toml"
+    side = f'side = "{written}"\n' if written else ""
+    marker = '[[marker]]\nlabel = "C1"\nat = [1.0, 2.0, 3.0]\n'
+    path.write_text(f'kind = "rigid"\n{side}{marker}')
+    markers = load_marker_set(path)
+    subject = rigid_subject(markers)
+    assert subject.model.tree.side == written
+    np.testing.assert_allclose(subject.model.at, [[0.001, 0.002, 0.003]])
+    for asked in ("left", "right"):
+        if not written:
+            with pytest.raises(UsageError, match="without sides"):
+                rigid_subject(markers, asked)
+            continue
+        subject = rigid_subject(markers, asked)
+        x = 0.001 if asked == written else -0.001
+        assert subject.model.tree.side == asked
+        np.testing.assert_allclose(subject.model.at, [[x, 0.002, 0.003]])
+
+
+def test_a_limb_is_named_after_its_innermost_hinge(rng):
+    for tree in (template("left", forearm=True), *(random_tree(rng, 9) for _ in "ab")):
+        moves = tree.carried_by()
+        first = np.argmax(moves, axis=1) if moves.size else 0
+        want = np.where(moves.any(axis=1), first, -1)
+        np.testing.assert_array_equal(tree.limbs(), want)
+    one = random_tree(rng, 1)
+    assert tuple(one.limbs()) == (-1,)
 
 
 @pytest.mark.parametrize(

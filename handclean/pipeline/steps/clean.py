@@ -56,7 +56,7 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
             *hands.remarks(subject),
             *solve.doubts(filled, {name: subject}),
             *solve.misplaced(filled, {name: subject}, prior),
-            *solve.untold(filled, {name: subject}, filled=True),
+            *solve.untold(filled, {name: subject}, prior, filled=True),
         ),
         sessions.surfaces({name: subject}),
     )

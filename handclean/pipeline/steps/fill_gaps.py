@@ -60,7 +60,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
             *hands.remarks(*found.values()),
             *doubts(recording, found),
             *misplaced(recording, found, prior),
-            *untold(recording, found, filled=True),
+            *untold(recording, found, prior, filled=True),
         ),
     )
 

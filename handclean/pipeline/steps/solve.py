@@ -8,7 +8,7 @@ from handclean.hand.subject import Subject
 from handclean.ik import suspects, unseen
 from handclean.ik.mirror import expect_side
 from handclean.ik.plausible import remark
-from handclean.ik.prior import PosturePrior
+from handclean.ik.prior import PosturePrior, knowing
 from handclean.ik.solve import markers_of
 from handclean.ik.take import solve as solve_take
 from handclean.labels.points import cloud_of
@@ -67,8 +67,8 @@ def solve(source: Source, settings: Solving) -> Outcome:
             *hands.remarks(*found.values()),
             *doubts(recording, found),
             *misplaced(recording, found, prior),
-            *untold(recording, kept, filled=True),
-            *untold(recording, anew, prior=prior is not None),
+            *untold(recording, kept, prior, filled=True),
+            *untold(recording, anew, prior),
         ),
         sessions.surfaces(found),
     )
@@ -113,14 +113,15 @@ def misplaced(
 def untold(
     recording: Recording,
     found: Mapping[str, Subject],
+    prior: PosturePrior | None,
     *,
     filled: bool = False,
-    prior: bool = True,
 ) -> tuple[str, ...]:
     """Say which fingers of which hands had no marker; see `unseen`."""
     words = []
     for name, subject in found.items():
-        text = unseen.words(recording, subject, filled=filled, prior=prior)
+        known = knowing(prior, subject.model.tree.hinges) is not None
+        text = unseen.words(recording, subject, filled=filled, prior=known)
         if text:
             words.append(f"{name}: {text}")
     return tuple(words)
