@@ -19,7 +19,7 @@ from handclean.kernels import jit
 
 TESTS = Path(__file__).parents[1]
 
-CHECKED = ("kernels", "numerics", "ik", "gaps", "labels/test_trees.py")
+CHECKED = ("kernels", "numerics", "labels/test_trees.py")
 """Where kernels are called; ``trees.KINDS`` says on what."""
 
 WRONG = "test_a_kernel_known_to_be_wrong_is_found"
