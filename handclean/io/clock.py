@@ -69,10 +69,33 @@ def rate_of(
     if not (0 < rate < 1e12 and np.all(late < 0.5 / rate)):
         traps.append("its times run irregularly and say no rate")
         return None
-    whole = round(rate)
     if option is not None and abs(rate - option) <= AGREE * rate:
         return option
-    return whole if abs(rate - whole) <= _WHOLE * rate else rate
+    whole = round(rate)
+    if abs(rate - whole) <= _WHOLE * rate:
+        return whole
+    return _round_rate(numbers - numbers[0], times - times[0], rate)
+
+
+def _round_rate(numbers: Floats, times: Floats, rate: float) -> float:
+    """[Hz] a rounder rate that times which are rounded themselves may run at."""
+    grid = next((10.0**-d for d in range(1, 7) if _on(times, 10.0**-d)), 0.0)
+    later = numbers > 0
+    with np.errstate(over="ignore", divide="ignore"):
+        least = np.max((times[later] - grid) / numbers[later])
+        most = np.min((times[later] + grid) / numbers[later])
+    for step in (10.0, 5.0, 1.0):
+        round_one = step * round(rate / step)
+        if round_one > 0 and least <= 1.0 / round_one <= most:
+            return round_one
+    return rate
+
+
+def _on(times: Floats, grid: float) -> bool:
+    """Whether all times are whole multiples of a step."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = times / grid
+        return bool(np.all(np.abs(steps - np.round(steps)) < 1e-3))
 
 
 def in_seconds(

@@ -16,7 +16,7 @@ TRUSTED = "trusted"
 
 _OWN = re.compile(r"(?P<name>.*)_(?P<axis>[XYZ])", re.DOTALL)
 _OTHERS = re.compile(r"(?P<name>.*)[-_ .:](?P<axis>[XYZWxyzw])", re.DOTALL)
-_AFTER = re.compile(r"(?P<of>.*[-_ .:][XYZxyz])[-_ .]?(?P<unit>mm|cm|dm|m)", re.DOTALL)
+_AFTER = re.compile(r"(?P<of>.*[-_ .:][XYZxyz])[-_ ./]?(?P<unit>mm|cm|dm|m)", re.DOTALL)
 _FRAME = {"frame", "frames", "frameno", "framenumber", "framenum", "framenr"}
 _NO_PLACE = "|".join(
     (
@@ -115,7 +115,9 @@ def others_layout(path: Path, names: list[str]) -> Layout:
     axes: dict[str, dict[str, int]] = {}
     units: dict[str, str] = {}
     extra: list[str] = []
+    strange: list[str] = []
     for column, name in enumerate(names):
+        found = None
         base, unit = _unit_of(name)
         said = time_column(name)
         if frame is None and re.sub(r"[^a-z]", "", name.lower()[:40]) in _FRAME:
@@ -128,12 +130,18 @@ def others_layout(path: Path, names: list[str]) -> Layout:
                 units[found["name"]] = unit
         elif name not in ("", INDEX):
             extra.append(_short(name))
+            strange += [unit] if found and unit else []
     for name in _no_places(axes):
         extra += [_short(names[column]) for column in axes.pop(name).values()]
         units.pop(name, "")
     if frame is None and names[:1] in ([""], [INDEX]):
         frame = 0
     markers = _whole(path, axes)
+    if not markers:
+        right = "its columns should be called NAME_X, NAME_Y, NAME_Z"
+        if strange:
+            right = f"the unit '{_short(strange[0])}' is none of mm, cm, dm, m"
+        raise FileError(path, "has no markers", right)
     check_labels(path, list(markers))
     length = _one_unit(path, list(units.values()))
     return Layout(frame, time, clock, markers, length, {}, {}, extra, {})
@@ -141,12 +149,17 @@ def others_layout(path: Path, names: list[str]) -> Layout:
 
 def _unit_of(name: str) -> tuple[str, str]:
     """Part a unit in brackets, or behind the axis, from a column's name."""
-    for opening, closing in ("[]", "()"):
+    for opening, closing in ("[]", "()", "{}"):
         if name.endswith(closing) and opening in name:
             base, _, unit = name[:-1].rpartition(opening)
             return base.rstrip(" _"), unit.strip()
-    found = _AFTER.fullmatch(name)
-    return (found["of"], found["unit"]) if found else (name, "")
+    if found := _AFTER.fullmatch(name):
+        return found["of"], found["unit"]
+    if (found := _OTHERS.fullmatch(name)) and found["name"].endswith(("]", ")", "}")):
+        of, unit = _unit_of(found["name"])
+        if unit.lower() in METRES:
+            return f"{of}_{found['axis']}", unit
+    return name, ""
 
 
 def _put(
@@ -172,8 +185,15 @@ def _put(
 def _no_places(axes: Mapping[str, Mapping[str, int]]) -> list[str]:
     """List the names that are of velocities, rotations or the like, beside places."""
     turns = [name for name, mine in axes.items() if "W" in mine]
-    words = [name for name in axes if _WORD.fullmatch(name) and name not in turns]
+    words = [n for n in axes if n not in turns and (_WORD.fullmatch(n) or _of(n, axes))]
     return turns + (words if len(turns) + len(words) < len(axes) else [])
+
+
+def _of(name: str, axes: Mapping[str, object]) -> bool:
+    """Whether a name is another's with a letter for velocity or the like behind it."""
+    return name[-1:].lower() in ("v", "a", "q", "w") and (
+        name[-2:-1] in ("-", "_", " ", ".", ":") and name[:-2] in axes
+    )
 
 
 def _whole(path: Path, axes: dict[str, dict[str, int]]) -> dict[str, list[int]]:

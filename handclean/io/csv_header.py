@@ -21,6 +21,7 @@ MARK = "# handclean csv"
 _UP = {"", "+x", "-x", "+y", "-y", "+z", "-z"}
 _DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 _LONGEST = 64
+_PLACE = re.compile(r"[-_.:][XYZxyz]")
 _AXIS = re.compile(r"([xyz])\d*", re.IGNORECASE)
 _DEEPEST = 6
 """Lines below the first one in which numbers begin at the latest."""
@@ -98,8 +99,8 @@ def read_head(path: Path, lines: Lines) -> Head:
             "begin with a line such as frame,time_s,NAME_X,NAME_Y,NAME_Z",
         )
     names = _stacked(lines, delimiter, names) or names
-    if delimiter != b",":
-        refuse_decimal_commas(lines, delimiter)
+    _refuse_other_marks(lines, names)
+    refuse_decimal_commas(lines, delimiter)
     while names and not names[-1]:
         names.pop()
     check_unique(path, "columns", [name for name in names if name])
@@ -111,6 +112,22 @@ def _is_idle(line: bytes) -> bool:
     return not line.strip(b" ,;\t") or bool(re.fullmatch(rb'"?sep=."?', line.strip()))
 
 
+def _refuse_other_marks(lines: Lines, names: list[str]) -> None:
+    """Refuse a table whose cells are parted by something that parts none here.
+
+    Raises
+    ------
+    FileError
+    """
+    if len(names) != 1:
+        return
+    for mark, name in (("|", "'|'"), (None, "blanks")):
+        cells = names[0].split(mark)
+        if sum(1 for cell in cells if _PLACE.fullmatch(cell.strip()[-2:])) >= 3:
+            right = "save it with commas, semicolons or tabs"
+            raise FileError(lines.path, f"its cells are parted by {name}", right)
+
+
 def refuse_decimal_commas(lines: Lines, delimiter: bytes | None) -> None:
     """Refuse numbers with a decimal comma in the next line, or in the one after.
 
@@ -118,8 +135,9 @@ def refuse_decimal_commas(lines: Lines, delimiter: bytes | None) -> None:
     ------
     FileError
     """
-    for line in (lines.peek(), lines.peek(1)):
-        for cell in (line or b"").split(delimiter):
+    for line in (lines.peek() or b"", lines.peek(1) or b""):
+        cells = line.split(delimiter) if delimiter != b"," else line.split(b'"')[1::2]
+        for cell in cells:
             if _DECIMAL_COMMA.fullmatch(cell.strip()[:_LONGEST]):
                 shown = cell.strip()[:20].decode()
                 wrong = f"has numbers with a decimal comma ('{shown}')"

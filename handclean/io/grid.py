@@ -104,12 +104,14 @@ class Form:
     delimiter : what parts the cells; None for white space.
     ends : how many cells a row may have, too, where blanks at its end were cut off.
     beyond : collects what stands beyond the columns; None: they must be blank.
+    numbered : whether a column counts frames, so that a row of blanks is none.
     """
 
     columns: int
     delimiter: bytes | None
     ends: Collection[int] = ()
     beyond: Beyond | None = None
+    numbered: bool = False
 
 
 def read_numbers(
@@ -134,8 +136,9 @@ def read_numbers(
         With the line and column of what is not a number; or if there is no row.
     """
     values, short = array("d"), 0
+    nothing = _BLANK + (form.delimiter or b"") if form.numbered else _BLANK
     while (line := lines.next()) is not None:
-        if not line.strip():
+        if not line.strip(nothing):
             continue
         try:
             row, cut = _row(lines, line, form, len(values) // form.columns)
@@ -178,14 +181,12 @@ def _row(lines: Lines, line: bytes, form: Form, row: int) -> tuple[list[float], 
             return list(map(float, cells)), False
         except ValueError:
             pass
-    blank, cut = _BLANK + (form.delimiter or b""), False
+    blank, rest, cut = _BLANK + (form.delimiter or b""), b"", False
     if len(cells) > form.columns:
         rest = cells.pop().rstrip(blank)
         if rest and form.beyond is None:
-            wrong = f"has more than {form.columns} cells"
-            raise FileError(lines.where, wrong, "as many as the header has")
-        if rest:
-            _beyond(lines, rest, form, row)
+            wrong, right = f"has more than {form.columns} cells", _as_many(line, form)
+            raise FileError(lines.where, wrong, right)
     elif len(cells) < form.columns:
         while cells and not cells[-1].strip():
             cells.pop()
@@ -193,7 +194,16 @@ def _row(lines: Lines, line: bytes, form: Form, row: int) -> tuple[list[float], 
             raise _of_length(lines, len(cells), form)
         cells += [b""] * (form.columns - len(cells))
         cut = True
-    return [_number(lines, i, cell) for i, cell in enumerate(cells, 1)], cut
+    numbers = [_number(lines, i, cell) for i, cell in enumerate(cells, 1)]
+    if rest:
+        _beyond(lines, rest, form, row)
+    return numbers, cut
+
+
+def _as_many(line: bytes, form: Form) -> str:
+    if form.delimiter == b"," and line.count(b",") == 2 * form.columns - 1:
+        return "as many as the header has; are its commas decimal ones?"
+    return "as many as the header has"
 
 
 def _of_length(lines: Lines, cells: int, form: Form) -> FileError:

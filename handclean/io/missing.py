@@ -20,6 +20,7 @@ FAR_M = 1000.0
 _LIMITS = (32767, 32768, 65535, 2147483647, 2147483648, 4294967295)
 """The greatest whole numbers of two and of four bytes."""
 
+_NEGATIVE = (-1.0, -1000.0)
 _LEAST = 999.0
 _SHOWN = 3
 
@@ -54,9 +55,9 @@ def blank_out(places: Floats, metres: float, traps: list[str]) -> None:
     """Make places that stand for none NaN, in place, and report them.
 
     Programs write (0, 0, 0) for a sample that they do not have, or the same number on
-    all three axes: 9999999, -9999, 999.99, the limit of a whole number, a power of ten,
-    or one as far away as -3.697e28. No marker sits there to the last digit. A number
-    that stands on one or two axes only is a place, if a strange one.
+    all three axes: 9999999, -9999, 999.99, -1, the limit of a whole number, a power of
+    ten, or one as far away as -3.697e28. No marker sits there to the last digit. A
+    number that stands on one or two axes only is a place, if a strange one.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def blank_out(places: Floats, metres: float, traps: list[str]) -> None:
     if zero.any():
         places[zero] = np.nan
         traps.append(f"{zero.sum()} samples at (0, 0, 0) count as missing")
-    same &= np.abs(x) >= min(_LEAST, FAR_M / metres)
+    same &= (np.abs(x) >= min(_LEAST, FAR_M / metres)) | np.isin(x, _NEGATIVE)
     if not same.any():
         return
     numbers, counts = np.unique(x[same], return_counts=True)
@@ -94,5 +95,5 @@ def _stands_for_none(number: float, metres: float) -> bool:
         or re.fullmatch(r"9{3,}(\.9+)?", digits) is not None
         or size in _LIMITS
         or (size >= 1e4 and re.fullmatch(r"10+", digits) is not None)
-        or number == -1000.0
+        or number in _NEGATIVE
     )

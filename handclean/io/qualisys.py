@@ -75,7 +75,12 @@ def read_tsv(
     lead = _lead_columns(lines, len(labels))
     refuse_decimal_commas(lines, b"\t")
     columns = lead + 3 * len(labels)
-    form = Form(columns=columns, delimiter=b"\t", ends=range(lead, columns, 3))
+    form = Form(
+        columns=columns,
+        delimiter=b"\t",
+        ends=range(lead, columns, 3),
+        numbered=lead > 0,
+    )
     grid = read_numbers(lines, form, traps, lenient=lenient)
     for key, count in (("NO_OF_FRAMES", len(grid)), ("NO_OF_MARKERS", len(labels))):
         if _one(keys, key) not in ("", str(count)):

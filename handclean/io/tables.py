@@ -99,6 +99,7 @@ def read_csv(
         columns=len(head.names),
         delimiter=head.delimiter,
         ends=() if own else _ends(layout, len(head.names)),
+        numbered=layout.frame is not None,
     )
     grid = read_numbers(lines, form, traps, lenient=lenient)
     timing = _timing(path, grid, layout, head.names, own, rate_hz, traps)

@@ -162,7 +162,9 @@ def _form(lines: Lines, markers: int, beyond: Beyond) -> Form:
         refuse_decimal_commas(lines, delimiter)
     columns = 2 + 3 * markers
     ends = () if delimiter is None else range(2, columns, 3)
-    return Form(columns=columns, delimiter=delimiter, ends=ends, beyond=beyond)
+    return Form(
+        columns=columns, delimiter=delimiter, ends=ends, beyond=beyond, numbered=True
+    )
 
 
 def _without_names(

@@ -13,6 +13,7 @@ from handclean.io.reading import text
 _NEXUS = {"trajectories", "devices", "joints", "segments", "model outputs", "events"}
 _HEAD = 12
 _SHOWN = 5
+_LONGEST = 100_000
 
 
 def refuse_vendors(path: Path, lines: Lines) -> None:
@@ -29,7 +30,8 @@ def refuse_vendors(path: Path, lines: Lines) -> None:
         kind = kind.split("\t")[0].split(" ")[0]
     if kind not in (*known, *_NEXUS):
         return
-    rows = [_cells(lines.peek(after)) for after in range(_HEAD)]
+    head = [text((lines.peek(after) or b"")[:_LONGEST]) for after in range(_HEAD)]
+    rows = _cells(head)
     if kind == "format version":
         wrong, right = _motive(rows), "export the take from Motive as C3D"
     elif kind == "pathfiletype":
@@ -43,12 +45,14 @@ def refuse_vendors(path: Path, lines: Lines) -> None:
     raise FileError(path, wrong, right)
 
 
-def _cells(line: bytes | None) -> list[str]:
+def _cells(head: list[str]) -> list[list[str]]:
+    """Part lines into cells by what parts most of them."""
+    mark = max(",;\t", key="".join(head).count)
     try:
-        found = next(csv.reader([text((line or b"")[:100_000]).rstrip("\r")]), [])
+        rows = [next(csv.reader([line], delimiter=mark), []) for line in head]
     except csv.Error:
-        return []
-    return [cell.strip() for cell in found]
+        rows = [line.split(mark) for line in head]
+    return [[cell.strip() for cell in row] for row in rows]
 
 
 def _is_count(cell: str) -> bool:
@@ -58,8 +62,8 @@ def _is_count(cell: str) -> bool:
 def _nexus(rows: list[list[str]]) -> str:
     """Say what a CSV of Vicon Nexus holds: rate, unit, subject, first frame."""
     names = [name for name in rows[2] if name]
-    subjects = sorted({name.partition(":")[0] for name in names if ":" in name})
-    units = sorted({cell for cell in rows[4][2:] if cell})
+    subjects = sorted({n.partition(":")[0][:40] for n in names if ":" in n})
+    units = sorted({cell[:20] for cell in rows[4][2:] if cell})
     first = rows[5][0] if rows[5] else ""
     said = [f"{rows[0][0].lower()} at {rows[1][0]} Hz"]
     said += [f"in {', '.join(units[:_SHOWN])}"] if units else []

@@ -1,5 +1,6 @@
 """CSV and TSV of other programs: heads, units, times, what is no marker."""
 
+import re
 import time
 
 import numpy as np
@@ -82,6 +83,19 @@ def test_times_that_deny_their_unit_are_no_rate(name, unit, tmp_path):
         read(tmp_path, csv(time=name, unit=unit))
 
 
+@pytest.mark.parametrize("rate", [24, 25, 30, 50, 60, 100, 119.88, 120, 125, 144, 240])
+@pytest.mark.parametrize("rows", [4, 12, 500])
+def test_times_rounded_to_milliseconds_run_at_the_rounder_rate(rate, rows, tmp_path):
+    lines = ["time,A_X,A_Y,A_Z"]
+    lines += [f"{round(1000 * k / rate)},1,2,{k}" for k in range(rows)]
+    found = read(tmp_path, lines).recording.rate
+    steps = np.rint(1000 * np.arange(rows) / rate)
+    assert np.all(np.abs(np.arange(rows) / found * 1000 - steps) <= 1.0 + 1e-6)
+    if rate % 10 == 0 and rate <= 120:
+        assert found == rate
+    assert abs(found - rate) < (0.06 if rows > 4 else 0.3) * rate
+
+
 def test_an_option_makes_seconds_of_slow_times(tmp_path):
     reading = read(tmp_path, csv(time="time", unit=1e-3), rate_hz=0.12)
     expect(reading, rate=0.12)
@@ -102,13 +116,26 @@ def test_the_time_of_the_first_row_goes_through_every_format_that_keeps_it(tmp_p
 # --- names --------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("form", ["{} [mm]", "{}[mm]", "{} (mm)", "{}_mm", "{} mm"])
+@pytest.mark.parametrize(
+    "form", ["{} [mm]", "{}[mm]", "{} (mm)", "{}_mm", "{} mm", "{}/mm"]
+)
 def test_the_unit_may_stand_in_the_names(form, tmp_path):
     lines = csv([form.format(name) for name in HEAD], time="time_s")
     expect(read(tmp_path, lines, unit=None))
     metres = [line.replace("mm", "m") for line in lines]
     places = read(tmp_path, metres, unit=None).recording.markers.positions
     np.testing.assert_allclose(places[0, 0], [10.5, 20.25, 30.125])
+
+
+def test_the_unit_may_stand_before_the_axis(tmp_path):
+    head = [name.replace("_", " [mm] ") for name in HEAD]
+    expect(read(tmp_path, csv(head, time="time_s"), unit=None))
+
+
+def test_a_unit_that_is_none_is_named(tmp_path):
+    head = [f"{name} [inch]" for name in HEAD]
+    with pytest.raises(FileError, match="has no markers; the unit 'inch' is none of"):
+        read(tmp_path, csv(head, time="time_s"))
 
 
 def test_columns_in_two_units_are_an_error(tmp_path):
@@ -152,6 +179,7 @@ def test_markers_that_differ_in_case_only_are_said(tmp_path):
         "A_X[m/s] A_Y[m/s] A_Z[m/s]",
         "gyro_X gyro_Y gyro_Z",
         "A_residual",
+        "A_v_X A_v_Y A_v_Z",
         "temperature",
     ],
 )
@@ -206,6 +234,28 @@ def test_a_likelihood_beside_the_axes_is_left_out(tmp_path):
 @pytest.mark.parametrize("lead", ["sep=,", "", ",,,"])
 def test_a_line_that_says_nothing_may_come_first(lead, tmp_path):
     expect(read(tmp_path, [lead, *csv(time="time_s")]))
+
+
+def test_rows_of_blanks_below_the_head_or_at_the_end_are_none(tmp_path):
+    lines = csv(time="time_s")
+    expect(read(tmp_path, [lines[0], ",,,", *lines[1:], ",,,,,,,", ","]))
+
+
+@pytest.mark.parametrize(("part", "says"), [(" ", "blanks"), ("|", "'|'")])
+def test_cells_parted_by_something_else_are_called_that(part, says, tmp_path):
+    lines = csv(time="time_s", part=part)
+    with pytest.raises(FileError, match=rf"its cells are parted by {re.escape(says)}"):
+        read(tmp_path, lines)
+
+
+def test_decimal_commas_are_called_that(tmp_path):
+    lines = ['"' + line.replace(",", '","') + '"' for line in csv(time="time_s")]
+    quoted = [lines[0], *(line.replace(".", ",") for line in lines[1:])]
+    with pytest.raises(FileError, match="decimal comma"):
+        read(tmp_path, quoted)
+    bare = ["A_X,A_Y,A_Z", "1,5,2,5,3,5", "1,5,2,5,3,5"]
+    with pytest.raises(FileError, match="are its commas decimal ones"):
+        read(tmp_path, bare, rate_hz=1.0)
 
 
 def test_a_first_column_without_a_name_that_does_not_count_is_left_out(tmp_path):

@@ -85,6 +85,18 @@ def test_cells_beyond_that_are_no_whole_point_are_an_error(more, tmp_path):
         read(tmp_path, content)
 
 
+def test_points_of_a_last_row_that_is_left_out_are_left_out(tmp_path):
+    rows = [row(1, *ONE, *TWO, *THREE), row(2, *ONE, 4, 5, "x", *THREE)]
+    take = read(tmp_path, trc(rows), lenient=True).recording
+    assert take.frames == 1
+    assert take.unlabelled.frame.tolist() == [0]
+
+
+def test_a_row_of_blanks_is_none(tmp_path):
+    rows = [row(1, *ONE, *TWO), "\t" * 7, row(2, *ONE, *TWO), "\t" * 3, ""]
+    assert read(tmp_path, trc(rows)).recording.frames == 2
+
+
 @pytest.mark.parametrize("short", [(), ONE, (*ONE, ""), (*ONE, "", "")])
 def test_a_row_whose_blank_end_was_cut_off_lacks_whole_markers(short, tmp_path):
     rows = [row(1, *ONE, *TWO), row(2, *short), row(3, *ONE, *TWO)]
@@ -169,7 +181,7 @@ def test_infinity_is_missing_and_said(cell, tmp_path):
 
 
 SENTINELS = "9999999 9999999.0 -9999 99999.99 999.999 -999 -3.697314e+28 1e6 -1000000 "
-SENTINELS += "32767 -32768 2147483647 3.4028235e38 -1000"
+SENTINELS += "-1 32767 -32768 2147483647 3.4028235e38 -1000"
 
 
 @pytest.mark.parametrize("cell", SENTINELS.split())
