@@ -8,11 +8,13 @@ changed. What comes out is settled by `exchanged`, then a few times two of its m
 are put anywhere and settled again; the better layout is kept.
 
 Why: a swarm pulls the m-th marker of one layout to the m-th of another, though markers
-have no order, so it does well with few markers and poorly with ten, where the smallest
-distance counts. From the same starts, 50 seeds each: with 4, 6 and 8 markers both
-always end at the best layout known; with 10 this beats the swarm in 90 % and loses in
-8 %; it takes 60 to 80 % of the time (tests/bench/bench_layouts.py). Exchanges alone get
-stuck on that distance: no single marker can widen it while two pairs are equally close.
+have no order, so it does less well with ten, where the smallest distance counts. From
+the same starts (tests/bench/RESULTS.md, layouts, figure 9): with 4, 6 and 8 markers
+both always end at the best layout known; with 10 this wins more often than it loses,
+and its worst end is the nearer one to the best known. It takes less time with these,
+not with 14 markers or with all joints.
+Exchanges alone get stuck on that distance: no single marker can widen it while two
+pairs are equally close.
 """
 
 import numpy as np

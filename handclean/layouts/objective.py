@@ -6,11 +6,12 @@
 
 The papers divide by L once, which leaves the term with a unit; L^2 makes it scale-free
 as their text says. The papers' weights w1 = 0.1, w2 = 100 then do what their figure 7
-shows. Ten markers on simulated grasps: for the first term alone two sit 2 mm apart, for
-both 20 mm, and the mean condition number goes from 212 to 215; for the second alone it
-is 1700. On precision grasps 2 and 30 mm, 560 and 567; w2 = 1000 would give 36 to 38 mm,
-but conditions 15 to 40 % worse. E_hidden, which is ours, is the share of keyframes and
-directions in which the markers are not seen.
+shows (tests/bench/RESULTS.md, layouts, figure 7). Ten markers on all simulated grasps:
+for the first term alone two sit 2 mm apart, for both 20 mm, and the mean condition
+number goes from 212 to 215; for the second alone it is 1411. On precision grasps: 2 and
+30 mm, 560 and 567, and 1377. w2 = 1000 would give 36 and 33 mm, but condition numbers
+of 304 and 580. E_hidden, which is ours, is the share of keyframes and directions in
+which the markers are not seen.
 
 A layout with a marker twice, or one that leaves something undetermined, has an infinite
 energy; so does any layout for which a term with a weight is infinite.

@@ -23,12 +23,14 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
+from measuring import absent, counted
 
 from handclean.errors import HandcleanError
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
 from handclean.recording import Recording, trajectories
 
-FRAMES, MARKERS, RATE = 60_000, 60, 200.0
+FRAMES = counted("frames", 60_000, quick=60_000, tiny=600)
+MARKERS, RATE = 60, 200.0
 ARRAY = FRAMES * MARKERS * 3 * 8
 RUNS = {"handclean": 9, "rewrite": 9, "bare numpy": 9, "ezc3d": 3, "c3d": 2}
 BESIDE = Path(__file__).parents[3] / "shared" / "data"
@@ -218,6 +220,7 @@ def large():
             found = {peer: apart(what, peer, folder) for peer in peers}
             for peer, row in found.items():
                 if row is None:
+                    absent(peer)
                     continue
                 peak = row["peak"]
                 table.append(
@@ -271,6 +274,8 @@ def rows():
     paths = sorted((DATA / "c3d").glob("*/*.[cC]3[dD]"))
     if paths:
         tables["Samples of c3d.org"] = [sample(path) for path in paths]
+    else:
+        absent("Samples of c3d.org")
     return tables
 
 

@@ -18,13 +18,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from measuring import absent, counted
 
 from handclean.gaps.fill import fill
 from handclean.gaps.settings import METHODS, FillConfig
 from handclean.hand.marker_set import load_marker_set
 from handclean.io.files import read
 from handclean.io.prior import read_prior
-from handclean.recording import Origin
+from handclean.recording import Origin, Recording, trajectories
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate
 from handclean.subject.calibrate import calibrate
@@ -39,22 +40,34 @@ TAKES = {
 LENGTHS_S = (0.1, 0.25, 0.5, 1.0)
 AT_ONCE = (1, 4)
 MARGIN = 12
-SEEDS = (0, 1)
+SEEDS = range(counted("seeds of a real take", 2, quick=1))
+SIMULATED = counted("simulated takes", 8, quick=3)
+LEARNT = counted("frames that a hand is learnt from", 400, quick=200, tiny=40)
+FRAMES = counted("frames of a real take, at most", 10**6, quick=3000, tiny=600)
 
 
 def real(name):
     """A take and a subject calibrated from it; None if the recording is not there."""
     path, marker_set, options = TAKES[name]
     if not (DATA / path).is_file():
+        absent(name)
         return None
-    take = read(DATA / path, **options)
+    take = shortened(read(DATA / path, **options))
     markers = load_marker_set(marker_set)
-    return take, calibrate([take], markers, CalibrateConfig())[0], take
+    return take, calibrate([take], markers, CalibrateConfig(frames=LEARNT))[0], take
 
 
-def simulated(count=8):
+def shortened(take):
+    """The first frames of a take, its named markers."""
+    if take.frames <= FRAMES:
+        return take
+    markers = trajectories(take.markers.positions[:FRAMES], take.markers.labels)
+    return Recording(rate=take.rate, frames=FRAMES, markers=markers)
+
+
+def simulated():
     """Takes, subjects and truths of simulated grasps."""
-    settings = SimulateConfig(trials=count, subjects=count, seed=7)
+    settings = SimulateConfig(trials=SIMULATED, subjects=SIMULATED, seed=7)
     return [(t.labelled, t.subject, t.truth) for t in simulate("grasp", settings)]
 
 

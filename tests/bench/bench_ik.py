@@ -1,10 +1,12 @@
 """Inverse kinematics, frames per second on one core, beside the peers.
 
 The peers' hand, motion and scoring are those of the folder named by HANDCLEAN_PEERS
-(default: the peers kept beside the project); their environments are under $PEERS. What
-is not there is left out. Everything runs in one go, on the same work: 26 markers, 26
-degrees of freedom, 5 000 frames, 0.5 mm noise; "within" is the share of frames whose
-marker RMS is at most 1.01 times its converged optimum plus one micrometre.
+(default: the peers kept beside the project); their environments are under $PEERS. Rows
+of peers that are not there stay as an earlier run had them, with that run's rows of
+ours beside them, since only rows of one run compare. Everything runs in one go, on the
+same work: 26 markers, 26 degrees of freedom, 5 000 frames, 0.5 mm noise; "within" is
+the share of frames whose marker RMS is at most 1.01 times its converged optimum plus
+one micrometre.
 """
 
 import importlib.util
@@ -16,6 +18,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from measuring import absent
 from scipy.optimize import least_squares
 
 from handclean.hand.model import Model, jacobian, marker_positions, moved
@@ -123,7 +126,9 @@ def peer_rows():
     environment["PEERS"] = str(ENVIRONMENTS.resolve())
     for name, command, words in PEERS:
         python = ENVIRONMENTS / name / "bin" / "python"
+        missing = set(words)
         if not python.exists():
+            absent(*words)
             continue
         done = subprocess.run(
             [str(python.absolute()), "-B", *command],
@@ -139,6 +144,7 @@ def peer_rows():
                 continue
             found = json.loads(line)
             if found.get("peer", "").startswith(words):
+                missing -= {word for word in words if found["peer"].startswith(word)}
                 detail = " ".join(
                     f"{key}={found[key]}"
                     for key in ("iters", "maxit", "tol", "reg", "accuracy")
@@ -150,13 +156,15 @@ def peer_rows():
                     "max ratio": round(found["max_ratio"], 4),
                     "within": round(1.0 - found["frac_over_1pct"], 4),
                 }
+        absent(*(word for word in words if word in missing))
 
 
 def rows():
     """One row per solver, ours first; frames/s on one core."""
     hand = peer_hand()
     if hand is None:
-        return [{"solver": f"no peers at {SCRIPTS.name}", "frames/s": 0}]
+        absent("handclean", *(word for _, _, words in PEERS for word in words))
+        return []
     angles, targets, _, optimum = hand.load()
     model = model_of(hand)
     spread = angles[:, 6:] - angles[:, 6:].mean(axis=0)

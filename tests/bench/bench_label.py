@@ -21,6 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from measuring import absent, counted
 
 from handclean.errors import HandcleanError
 from handclean.gaps.fill import fill
@@ -38,6 +39,9 @@ from handclean.subject.settings import CalibrateConfig
 
 BESIDE = Path(__file__).parents[3] / "shared" / "data"
 DATA = Path(os.environ.get("HANDCLEAN_DATA", BESIDE))
+FILES = counted("sequences of a sig18 user, at most", 1000, quick=30, tiny=4)
+LEARNT = counted("frames that a hand is learnt from", 400, quick=200, tiny=40)
+FRAMES = counted("frames of another take, at most", 10**6, quick=3000, tiny=600)
 
 
 def part(take, start, stop):
@@ -131,21 +135,24 @@ def real():
         ("guitar/Pick1.csv", "xu19", {"rate_hz": 120.0, "unit": "mm"}),
     ):
         if not (DATA / path).is_file():
+            absent(f"{name}, second half")
             continue
         take = read(DATA / path, **options)
+        take = part(take, 0, min(take.frames, FRAMES))
         middle = take.frames // 2
         subject, _ = calibrate(
-            [part(take, 0, middle)], load_marker_set(name), CalibrateConfig()
+            [part(take, 0, middle)], load_marker_set(name), CalibrateConfig(frames=LEARNT)
         )
         rest = part(take, middle, take.frames)
         table.append(row(f"{name}, second half", [rest], subject, prior))
     for user in ("User1", "User2"):
-        files = sorted((DATA / "sig18" / user).glob("*/*.trc"))
+        files = sorted((DATA / "sig18" / user).glob("*/*.trc"))[:FILES]
         if not files:
+            absent(f"sig18 {user}")
             continue
         takes = [part(t, 0, t.frames) for t in map(read, files)]
         subject, _ = calibrate(
-            takes[::3], load_marker_set("han19"), CalibrateConfig(), side="left"
+            takes[::3], load_marker_set("han19"), CalibrateConfig(frames=LEARNT), side="left"
         )
         rest = [take for n, take in enumerate(takes) if n % 3]
         table.append(row(f"sig18 {user}", rest, subject, prior))

@@ -2,8 +2,8 @@
 
     python tests/bench/bench_layout_errors.py
 
-The template hand moves as in simulated grasps (17 classes, 36 takes of 9 people, for
-layout and subspace; 18 takes of 9 others to judge them) or as in manipnet (teapot and
+The template hand moves as in simulated grasps (17 classes, takes of 9 people for layout
+and subspace, of 9 others to judge them) or as in manipnet (teapot and
 wineglass for layout and subspace, cup and mug to judge, both hands), which is read from
 the folder named by HANDCLEAN_DATA. Markers have 0.2 mm of noise per axis. Distances are
 of the coarse skin's vertices, the palm included; "fingers" are those that fingers move.
@@ -12,7 +12,7 @@ turned. Layouts of k markers serve as many directions of the subspace as hold 95
 the variance, but at most 2 k - 2, or "by error" as many as tell the motion best that
 they were made for (--by-error); what is solved uses those that hold 95 %. Generic
 layouts come of simulated gestures and exercises (free, rom); wheatland is the mean of
-five draws of 1 % of the candidates. Milliseconds are processor time of a frame on one
+some draws of 1 % of the candidates. Milliseconds are processor time of a frame on one
 core.
 
 Schroeder 2016: below 2 mm with 6 markers made for grasps, 9 generic ones; table 1, 4
@@ -26,6 +26,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from measuring import absent, counted
 
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import neutral_pose
@@ -50,7 +51,11 @@ LEARNT_FROM, JUDGED_ON = ("teapot2", "wineglass3"), ("cup1", "mug1")
 
 COUNTS = (4, 5, 6, 7, 8, 9, 10, 12, 14)
 TRIED = (4, 5, 6, 8, 10)
-JUDGE = EvaluateConfig(frames=600)
+TAKES = counted("takes to learn from", 36, quick=18, tiny=9)
+JUDGING = counted("takes to judge on", 18, quick=9, tiny=3)
+DRAWS = counted("draws of wheatland", 5, quick=2)
+PARTICLES = counted("particles of a search", 1000, quick=300, tiny=50)
+JUDGE = EvaluateConfig(frames=counted("frames to judge on", 600, quick=300, tiny=40))
 TREE = template("right")
 SHARE = 0.95
 
@@ -91,7 +96,7 @@ def manipnet(objects):
 def motion_of(name):
     """Takes to learn from."""
     if name == "grasps":
-        return simulated("grasp", 36, 4)
+        return simulated("grasp", TAKES, 4)
     if name == "generic":
         return [*simulated("free", 9, 4), *simulated("rom", 3, 4)]
     return manipnet(LEARNT_FROM)
@@ -100,7 +105,7 @@ def motion_of(name):
 @cache
 def held_out(name):
     """(T, 7 + D) poses to judge by."""
-    takes = simulated("grasp", 18, 11) if name == "grasps" else manipnet(JUDGED_ON)
+    takes = simulated("grasp", JUDGING, 11) if name == "grasps" else manipnet(JUDGED_ON)
     out = []
     for take in takes:
         poses = np.tile(neutral_pose(TREE), (len(take), 1))
@@ -119,7 +124,9 @@ def layout_of(motion, markers, method="anneal", seed=0):
     """The model that wears a layout."""
     held = learn(motion_of(motion), TREE.hinges, share=SHARE)
     dimensions = min(len(held.deviations), 2 * markers - 2)
-    settings = LayoutConfig(markers=markers, dimensions=dimensions, method=method)
+    settings = LayoutConfig(
+        markers=markers, dimensions=dimensions, method=method, particles=PARTICLES
+    )
     surface = skin(False)
     model = on_bones(surface, TREE, feasible(surface, TREE, settings))
     problem = make_problem(model, motion_of(motion), TREE.hinges, settings)
@@ -130,7 +137,7 @@ def layout_of(motion, markers, method="anneal", seed=0):
 @cache
 def chosen(motion, markers):
     """The same, with the number of directions found by trying."""
-    settings = LayoutConfig(markers=markers)
+    settings = LayoutConfig(markers=markers, particles=PARTICLES)
     model = on_bones(skin(False), TREE, feasible(skin(False), TREE, settings))
     takes, names = motion_of(motion), TREE.hinges
     _, found, errors = choose(model, skin(True), takes, names, settings, 0)
@@ -190,7 +197,7 @@ def figure_11(motion, counts=COUNTS):
             )
         draws = [
             judged(layout_of(motion, count, "wheatland", seed), motion)
-            for seed in range(5)
+            for seed in range(DRAWS)
         ]
         parts = [mm(draw) for draw in draws]
         means = {
@@ -249,6 +256,8 @@ def figure_14():
 def rows():
     """The tables."""
     motions = ["grasps"] + (["manipnet"] if manipnet(JUDGED_ON) else [])
+    if "manipnet" not in motions:
+        absent("manipnet", "Figure 11: manipnet")
     judged(layout_of("grasps", 6), "grasps", False)
     out = {"Figure 11: grasps": figure_11("grasps")}
     if "manipnet" in motions:

@@ -1,6 +1,6 @@
 """Reduced marker layouts: the searches beside each other, and what they take.
 
-    python tests/bench/bench_layouts.py [seeds]
+    python tests/bench/bench_layouts.py
 
 Simulated grasps (40 takes, 6 people), the template hand's fine skin, 10 keyframes; what
 differs is said in the row. Seconds are processor time on one core, from candidates and
@@ -12,7 +12,7 @@ layout's weighted condition term.
 Schroeder 2016: swarm 5 to 10 s, greedy 45 s to 3 min. The peers' script (numpy's
 eigvalsh and a numba prototype) is that of the folder named by HANDCLEAN_PEERS; it has
 random matrices 9 x 9 of 6 among 800 candidates, and neither distances, projection nor
-perturbation.
+perturbation. Its rows stay as an earlier run had them where it is not there.
 """
 
 import json
@@ -25,6 +25,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from measuring import absent, counted
 
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
@@ -42,8 +43,11 @@ SHARED = Path(__file__).parents[3] / "shared"
 DATA = Path(os.environ.get("HANDCLEAN_DATA", SHARED / "data"))
 PEERS = Path(os.environ.get("HANDCLEAN_PEERS", SHARED / "peers"))
 
+SEEDS = counted("seeds of figure 9", 50, quick=4, tiny=1)
+TIMES = counted("runs of which the fastest counts", 3, quick=1)
+PARTICLES = counted("particles", 1000, quick=1000, tiny=60)
 PRECISION = ("thumb_index", "thumb_2_finger", "tripod")
-FULL = LayoutConfig(patience=1000, dimensions=5)
+FULL = LayoutConfig(patience=1000, dimensions=5, particles=PARTICLES)
 CASES = {
     "4 markers, 5 dimensions": replace(FULL, markers=4),
     "6 markers, 5 dimensions": FULL,
@@ -93,7 +97,7 @@ def timed(work):
     return out, time.process_time() - begin
 
 
-def found(problem, settings, method, seed=0, times=3):
+def found(problem, settings, method, seed=0, times=TIMES):
     """A layout, and the shortest time it took."""
     settings = replace(settings, method=method)
     runs = [
@@ -127,6 +131,7 @@ def peer_rows():
     """What the peers' script says, in this run."""
     script = PEERS / "pso.py"
     if not script.is_file():
+        absent("peers:")
         return []
     done = subprocess.run(
         [sys.executable, "-B", str(script)],
@@ -177,7 +182,7 @@ def growth_rows():
         problem = problem_of(settings, coarse=coarse)
         row = {"": name, "vertices": len(problem.home), "C": len(problem.columns)}
         for method in SEARCHES:
-            row[method] = found(problem, settings, method, times=2)[1]
+            row[method] = found(problem, settings, method)[1]
         out.append(rounded(row))
 
     for markers in (4, 6, 8, 10, 14):
@@ -200,7 +205,7 @@ def figure_9(seeds):
         runs = {name: [] for name in SEARCHES}
         for seed in range(seeds):
             rng = np.random.default_rng(seed)
-            start = random_layouts(problem, settings.markers, 1000, rng)
+            start = random_layouts(problem, settings.markers, PARTICLES, rng)
             for name, into in runs.items():
                 into.append(course(problem, settings, name, start, seed))
         least = min(run[-1][1] for group in runs.values() for run in group)
@@ -268,6 +273,8 @@ def figure_7():
     motions = {"precision grasps": grasps(PRECISION), "all grasps": grasps()}
     if manipnet()[0]:
         motions["manipnet"] = manipnet()
+    else:
+        absent("manipnet")
     for name, motion in motions.items():
         for markers in (6, 10):
             settings = replace(FULL, markers=markers)
@@ -325,17 +332,19 @@ def rounded(row):
     }
 
 
-def rows(seeds=50):
+def rows():
     """The tables."""
     np.linalg.eigvalsh(np.eye(3)[None])
     warm = problem_of(FULL, coarse=True)
     energies(warm, random_layouts(warm, 6, 10, np.random.default_rng(0)), FULL)
     for method in SEARCHES:
         found(warm, replace(FULL, particles=20), method, times=1)
-    ends, courses = figure_9(seeds)
+    ends, courses = figure_9(SEEDS)
     return {
-        "Speed: 1000 particles, 100 iterations, 10 keyframes, 6 markers": speed_rows(),
-        f"Figure 9: {seeds} seeds, the same starts": ends,
+        f"Speed: {PARTICLES} particles, 100 iterations, 10 keyframes, 6 markers": (
+            speed_rows()
+        ),
+        f"Figure 9: {SEEDS} seeds, the same starts": ends,
         "Figure 9: median gap after so many layouts, and seconds": courses,
         "Growth, seconds": growth_rows(),
         "Figure 7: the terms and their weights": figure_7(),
@@ -344,7 +353,7 @@ def rows(seeds=50):
 
 
 if __name__ == "__main__":
-    for title, part in rows(int(sys.argv[1]) if len(sys.argv) > 1 else 50).items():
+    for title, part in rows().items():
         sys.stdout.write(f"{title}\n")
         for row in part:
             sys.stdout.write(f"  {row}\n")

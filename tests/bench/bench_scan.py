@@ -2,7 +2,7 @@
 
     python tests/bench/bench_scan.py
 
-Twenty people from small to large hands, with knuckles, segments, girths and swellings
+People from small to large hands, with knuckles, segments, girths and swellings
 of their own, each before eight cameras: 0.5 mm noise each way, holes, forearm, sleeve,
 table, floating points, landmarks set by hand to 1.5 mm. "skin": distance of the fitted
 vertices from the true skin, in the scan's posture, from the wrist outwards ("stump":
@@ -11,7 +11,7 @@ distance of joint centres from the true ones, there too. "seconds" are those of 
 processor. The true skins have the template's topology, though nothing uses that.
 
 The ablation leaves out one stage at a time, on every fourth person; figure 17 is of
-every second.
+every second person.
 
 Figure 17 of Schroeder et al. 2017: RMS distance of measured markers from the model's in
 grasps (26 markers, 0.2 mm noise, sliding skin), with the template, the template in the
@@ -28,6 +28,7 @@ from dataclasses import replace
 
 import numpy as np
 from bench_subject import recordings
+from measuring import counted
 from scipy.spatial.transform import Rotation
 
 from handclean.hand.marker_set import load_marker_set
@@ -51,7 +52,9 @@ from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig
 from handclean.subject.start import guess, scaled
 
-PEOPLE = 20
+PEOPLE = counted("people", 20, quick=4)
+ROM_S = counted("seconds of a range-of-motion take", 40, quick=40, tiny=20)
+FRAMES = counted("frames that a hand is learnt from", 150, quick=100, tiny=30)
 SIMULATED = SimulateConfig(subjects=PEOPLE, trials=PEOPLE, side="right")
 MARKERS = "maycock26"
 
@@ -178,7 +181,8 @@ def one_alignment(number):
     scanned = fit_scan(scan_of(made), made.landmarks, ScanConfig(), side="right")
     marker_set = load_marker_set(MARKERS)
     about = replace(SIMULATED, marker_set=MARKERS, rate_hz=50.0)
-    rom = simulate_one("rom", replace(about, duration_s=40.0), number).labelled
+    about_rom = replace(about, duration_s=float(ROM_S))
+    rom = simulate_one("rom", about_rom, number).labelled
     test = simulate_one("grasp", replace(about, duration_s=15.0), number).labelled
     positions = measured(test, marker_set.labels, 5)
     neutral = replace(
@@ -191,7 +195,7 @@ def one_alignment(number):
     frames = gather([rom], marker_set.labels)
     plain = template_subject(marker_set, "right").model
     size = guess(marker_set, frames.only(thinned(frames, 12)), "right").size
-    quick = CalibrateConfig(frames=150, holdout=0.0)
+    quick = CalibrateConfig(frames=FRAMES, holdout=0.0)
     placed = dress(scanned.subject, [neutral], marker_set, quick)
     refined = dress(scanned.subject, [neutral, rom], marker_set, quick)
     return {
@@ -212,7 +216,7 @@ def real():
         odd = (np.floor(frames.frame / block) % 2).astype(bool)
         shown = frames.seen.mean(axis=1) >= 0.6
         learn = [masked(take, odd[frames.take == k]) for k, take in enumerate(takes)]
-        quick = CalibrateConfig(frames=150, holdout=0.0)
+        quick = CalibrateConfig(frames=FRAMES, holdout=0.0)
         found, _ = calibrate(learn, marker_set, quick)
         rest = frames.only(np.flatnonzero(~odd & shown))
         rest = rest.only(thinned(rest, 800))

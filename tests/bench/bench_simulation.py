@@ -1,6 +1,6 @@
 """What simulated takes are like, beside manipnet's motion and Pavllo's occlusions.
 
-    python tests/bench/bench_simulation.py [trials]
+    python tests/bench/bench_simulation.py
 
 The recordings are those of the folder named by HANDCLEAN_DATA (default: the recordings
 kept beside the project); without them the table has the simulation alone.
@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from measuring import absent, counted
 
 from handclean.ik.prior import coverage, misfit
 from handclean.io.files import read
@@ -27,6 +28,8 @@ from handclean.simulation.simulate import simulate
 
 BESIDE = Path(__file__).parents[3] / "shared" / "data"
 DATA = Path(os.environ.get("HANDCLEAN_DATA", BESIDE))
+TAKES = counted("takes of grasps", 100, quick=24, tiny=4)
+FREE = counted("takes of gestures", 25, quick=6)
 
 
 def manipnet():
@@ -51,15 +54,13 @@ def angles(trial):
     return motion.angles
 
 
-def rows(count=100):
+def rows(count=TAKES):
     """The tables, as text."""
     next(simulate("grasp", SimulateConfig()))
     start = time.perf_counter()
     grasps = list(simulate("grasp", SimulateConfig(trials=count, subjects=18, seed=4)))
     spent = time.perf_counter() - start
-    free = list(
-        simulate("free", SimulateConfig(trials=count // 4, subjects=18, seed=4))
-    )
+    free = list(simulate("free", SimulateConfig(trials=FREE, subjects=18, seed=4)))
     columns = {
         "grasp": motion_figures([angles(t) for t in grasps], 200.0),
         "grasp, at the object": motion_figures(
@@ -70,6 +71,8 @@ def rows(count=100):
     real, rate = manipnet()
     if real:
         columns["manipnet"] = motion_figures(real, rate)
+    else:
+        absent("manipnet")
     parts = [f"{count} takes of 5 s in {spent:.1f} s\n", motion_table(columns)]
     seen = {"grasp": grasps, "free": free}
     figures = {
@@ -106,4 +109,4 @@ def coverage_table(prior, tests):
 
 
 if __name__ == "__main__":
-    sys.stdout.write(rows(int(sys.argv[1]) if len(sys.argv) > 1 else 100))
+    sys.stdout.write(rows())

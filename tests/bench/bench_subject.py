@@ -12,7 +12,8 @@ that poses take up, with the noise in the high frequencies of the data themselve
 is given where that noise is the error's better part.
 
 The recordings are those of the folder named by HANDCLEAN_DATA (default: the recordings
-kept beside the project); without them the table is empty.
+kept beside the project). Rows of those that are not there stay as an earlier run had
+them.
 """
 
 import os
@@ -22,6 +23,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from measuring import absent, counted
 
 from handclean.hand.marker_set import load_marker_set
 from handclean.ik.solve import solve_markers
@@ -34,6 +36,8 @@ from handclean.subject.settings import CalibrateConfig
 
 BESIDE = Path(__file__).parents[3] / "shared" / "data"
 DATA = Path(os.environ.get("HANDCLEAN_DATA", BESIDE))
+FRAMES = counted("frames that a hand is learnt from", 400, quick=200, tiny=40)
+FILES = counted("takes of a sig18 user, at most", 1000, quick=40, tiny=4)
 
 
 def in_order(path):
@@ -47,13 +51,19 @@ def recordings():
     guitar = DATA / "guitar" / "Pick1.csv"
     if guitar.is_file():
         yield "guitar Pick1", "xu19", [read(guitar, rate_hz=120.0, unit="mm")]
+    else:
+        absent("guitar Pick1")
     glove = DATA / "hand_embodiment" / "recording.tsv"
     if glove.is_file():
         yield "dfki13", "dfki13", [read(glove, unit="mm")]
+    else:
+        absent("dfki13")
     for user in ("User1", "User2"):
         paths = sorted((DATA / "sig18" / user).rglob("*.trc"), key=in_order)
         if paths:
-            yield f"sig18 {user}", "han19", [read(path) for path in paths]
+            yield f"sig18 {user}", "han19", [read(path) for path in paths[:FILES]]
+        else:
+            absent(f"sig18 {user}")
 
 
 def part(take, start, stop):
@@ -112,7 +122,7 @@ def rows():
         if not out:
             calibrate(takes, chosen, CalibrateConfig(frames=20))
         start = time.perf_counter()
-        subject, report = calibrate(takes, chosen, CalibrateConfig())
+        subject, report = calibrate(takes, chosen, CalibrateConfig(frames=FRAMES))
         seconds = time.perf_counter() - start
         camera_m = report.camera_noise_m
         fit = HeldOut(
@@ -125,7 +135,8 @@ def rows():
         out.append(row(name, "spread", report, fit, seconds, subject, camera_m))
         first, second = halves(takes)
         start = time.perf_counter()
-        subject, report = calibrate(first, chosen, CalibrateConfig(holdout=0.0))
+        half = CalibrateConfig(frames=FRAMES, holdout=0.0)
+        subject, report = calibrate(first, chosen, half)
         seconds = time.perf_counter() - start
         fit = measure(subject, second)
         out.append(row(name, "first half", report, fit, seconds, subject, camera_m))

@@ -1,0 +1,73 @@
+"""How long commands take to begin: help, a warm start, compiling all kernels.
+
+Seconds on the wall, the best of some runs, and of processors. "A sample" is `clean` of
+a take of `sample_sessions`, 26 markers, with the subject beside it; "compile" is
+`handclean warm` with an empty cache, two processes beside a third.
+"""
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from measuring import counted
+
+ROOT = Path(__file__).parents[2]
+SAMPLES = ROOT / "sample_sessions"
+RUNS = counted("runs of which the fastest counts", 7, quick=5)
+COLD = counted("compilations of all kernels", 1, quick=1, tiny=0)
+
+
+def spent(words, folder, cache=None):
+    """[s] on the wall and of processors that a command line takes."""
+    extra = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.perf_counter()
+    subprocess.run(
+        [sys.executable, "-m", "handclean", *words],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **extra},
+        capture_output=True,
+        check=True,
+    )
+    wall = time.perf_counter() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return wall, used
+
+
+def row(name, words, folder, runs=RUNS, **given):
+    wall, used = min(spent(words, folder, **given) for _ in range(runs))
+    return {"command": name, "wall [s]": f"{wall:.2f}", "processor [s]": f"{used:.2f}"}
+
+
+def rows():
+    """One row per command."""
+    take = SAMPLES / "S01_001_thumb_4_finger.c3d"
+    subject = SAMPLES / "S01.subject.h5"
+    clean = ["clean", take, "-o", "out.h5", "--subject", subject, "--overwrite"]
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(
+            [sys.executable, "-m", "handclean", "warm"],
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            check=True,
+        )
+        table = [
+            row("handclean --help", ["--help"], folder),
+            row("handclean label --help", ["label", "--help"], folder),
+            row("handclean inspect, a sample", ["inspect", take], folder),
+            row("handclean clean, a sample", clean, folder),
+        ]
+        for n in range(COLD):
+            cache = Path(folder) / f"cache {n}"
+            table.append(row("compile", ["warm"], folder, runs=1, cache=cache))
+    return table
+
+
+if __name__ == "__main__":
+    for line in rows():
+        print(line)
