@@ -9,7 +9,7 @@ FAST := not slow and not bench
 PLAIN := $(wildcard tests/kernels tests/numerics tests/hand)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check slow bench samples data pictures configs format again
+.PHONY: help demo test check slow bench figures samples data pictures configs format again
 
 help: ## show this
 	@echo "handclean: offline cleaner of optical hand motion capture"
@@ -32,6 +32,9 @@ slow: $(READY) ## the tests that take minutes
 
 bench: $(READY) ## time it; writes tests/bench/RESULTS.md
 	$(RUN) tests/bench/run.py
+
+figures: $(READY) ## write README's figures from tests/bench/RESULTS.md
+	$(RUN) tests/bench/figures.py
 
 demo: $(READY) ## calibrate, clean and score the sample sessions
 	$(RUN) -m handclean warm

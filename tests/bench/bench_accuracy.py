@@ -60,7 +60,9 @@ def subject_of(number):
     markers, settings = load_marker_set("maycock26"), SimulateConfig(seed=2015)
     person = make_subject(number, markers, settings)
     rom = make_trial("rom", 1000 + number, person, markers, settings)
-    return calibrate([rom.labelled], markers, CalibrateConfig(frames=LEARNT), side="right")[0]
+    return calibrate(
+        [rom.labelled], markers, CalibrateConfig(frames=LEARNT), side="right"
+    )[0]
 
 
 def scores(found, truth, frames):

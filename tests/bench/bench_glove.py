@@ -47,6 +47,7 @@ from handclean.tree import POSE_HEAD
 
 SEEDS = tuple(range(counted("seeds", 3, quick=1)))
 MOST = counted("samples of a rotation, at most", 2000, quick=600, tiny=60)
+EVALUATIONS = counted("evaluations of a fit, at most", 130, quick=130, tiny=5)
 STARTS = counted("starting points of a fit", 3, quick=1)
 FRAMES = counted("frames that a hand is learnt from", 400, quick=200, tiny=40)
 LARGEST = counted("pseudo-inputs, at most", 300, quick=300, tiny=20)
@@ -238,9 +239,13 @@ class Session:
         return np.concatenate(out)
 
 
+def settings_of(**given):
+    few = {"most": MOST, "starts": STARTS, "evaluations": EVALUATIONS}
+    return GloveFitConfig(**{**few, **given})
+
+
 def fitted(session, samples, model, **given):
-    given = {"most": MOST, "starts": STARTS, **given}
-    settings = GloveFitConfig(model=model, **given)
+    settings = settings_of(model=model, **given)
     return cal.calibrate(session.glove, samples, settings)
 
 
@@ -440,7 +445,7 @@ def figure_14():
             tasks, _ = cal.fit_tasks(
                 session.glove,
                 both,
-                GloveFitConfig(pseudo_inputs=size, most=MOST, starts=STARTS),
+                settings_of(pseudo_inputs=size),
                 0,
             )
             begin = time.process_time()

@@ -141,7 +141,9 @@ def real():
         take = part(take, 0, min(take.frames, FRAMES))
         middle = take.frames // 2
         subject, _ = calibrate(
-            [part(take, 0, middle)], load_marker_set(name), CalibrateConfig(frames=LEARNT)
+            [part(take, 0, middle)],
+            load_marker_set(name),
+            CalibrateConfig(frames=LEARNT),
         )
         rest = part(take, middle, take.frames)
         table.append(row(f"{name}, second half", [rest], subject, prior))
@@ -152,7 +154,10 @@ def real():
             continue
         takes = [part(t, 0, t.frames) for t in map(read, files)]
         subject, _ = calibrate(
-            takes[::3], load_marker_set("han19"), CalibrateConfig(frames=LEARNT), side="left"
+            takes[::3],
+            load_marker_set("han19"),
+            CalibrateConfig(frames=LEARNT),
+            side="left",
         )
         rest = [take for n, take in enumerate(takes) if n % 3]
         table.append(row(f"sig18 {user}", rest, subject, prior))

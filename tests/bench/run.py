@@ -35,6 +35,7 @@ PACKAGES = ("numpy", "scipy", "numba", "h5py", "c3d", "ezc3d")
 MEASURED = ("handclean", "tests/bench", "pyproject.toml", "requirements-lock.txt")
 """Where a change makes the tree another one than the commit's."""
 
+QUICK = "A quick run: fewer trials, less certain figures."
 HEAD = """# Measured
 
 Written by `make bench`; every table says at which commit and on what. Machines are
@@ -117,7 +118,7 @@ def body(text, rows, counts, mode):
     """A section without its heading and circumstances."""
     parts = [text.strip(), ""]
     if mode != "full":
-        parts += ["**A quick run: fewer trials, less certain figures.**", ""]
+        parts += [QUICK, ""]
     if counts:
         parts += [f"Counts: {counts}.", ""]
     if isinstance(rows, str):
