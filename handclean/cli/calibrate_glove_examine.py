@@ -20,7 +20,7 @@ from handclean.pipeline.choices import GloveExamining
 )
 @options.batch(
     [options.inputs, options.manifest, options.rate],
-    [options.output, options.overwrite],
+    options.ONE_OUTPUT,
     options.TELLING,
 )
 def command(

@@ -13,7 +13,7 @@ from handclean.pipeline.choices import GloveFitting
 @options.settings("calibrate-glove-fit", GloveFitConfig)
 @options.batch(
     [options.inputs, options.manifest],
-    options.ONE_OUTPUT,
+    options.ONE_DRAWN_OUTPUT,
     [options.jobs],
     options.TELLING,
 )

@@ -15,7 +15,7 @@ from handclean.report.settings import CompareConfig
 @click.argument("reference", type=options.PATH)
 @click.argument("test", type=options.PATH)
 @options.settings("compare", CompareConfig)
-@options.batch(options.READING, options.TELLING)
+@options.batch(options.READING, [options.no_seed], options.TELLING)
 def command(batch: Batch, reference: Path, test: Path, settings: CompareConfig) -> int:
     """Say how far a take is from a reference: labels, markers, joint angles.
 

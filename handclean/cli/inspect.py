@@ -8,7 +8,7 @@ from handclean.pipeline.batch import Batch, Work
 
 
 @click.command("inspect")
-@options.batch(options.SOURCES, options.MANY, options.TELLING)
+@options.batch(options.SOURCES, [options.no_seed], options.MANY, options.TELLING)
 def command(batch: Batch) -> int:
     """Say what is in a file and what is odd about it.
 

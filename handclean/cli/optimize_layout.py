@@ -89,7 +89,7 @@ class SeveralOn(click.Command):
 @options.settings("evaluate-layout", EvaluateConfig, prefix="judge", into="judged")
 @options.batch(
     [*options.SOURCES, options.subject, options.side],
-    options.ONE_OUTPUT,
+    options.ONE_DRAWN_OUTPUT,
     options.TELLING,
 )
 def command(

@@ -142,6 +142,13 @@ seed = click.option(
     show_default=True,
     help="Of everything random.",
 )
+no_seed = click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    hidden=True,
+    callback=lambda context, parameter, value: None,
+    help="Of nothing, as nothing random is drawn; scripts that give it go on.",
+)
 subject = click.option(
     "--subject",
     "subjects",
@@ -160,7 +167,8 @@ marker_set = click.option(
 side = click.option(
     "--side",
     type=click.Choice(["left", "right", "both"]),
-    help="Which hand it is.",
+    help="Which hand it is. So far 'both' means no more than that there should be a "
+    "--subject of each.",
 )
 one_side = click.option(
     "--side",
@@ -218,8 +226,9 @@ prior = click.option(
 
 READING = (rate, unit, lenient, believe_coordinates)
 SOURCES = (inputs, manifest, *READING)
-OUTPUT = (output, file_format, overwrite, seed)
-ONE_OUTPUT = (output, overwrite, seed)
+OUTPUT = (output, file_format, overwrite, no_seed)
+ONE_OUTPUT = (output, overwrite, no_seed)
+ONE_DRAWN_OUTPUT = (output, overwrite, seed)
 HANDS = (subject, marker_set, side)
 MANY = (jobs, shard, fail_fast, failed)
 TELLING = (require, as_json, quiet, verbose, config_path)
@@ -234,7 +243,9 @@ def batch(*groups: Sequence[Decorator]) -> Decorator:
         def wrapper(**given: Any) -> Any:
             values = {name: given.pop(name) for name in own & given.keys()}
             values["config"] = click.get_current_context().meta.get(CONFIG)
-            given_values = {k: v for k, v in values.items() if v is not None}
+            given_values = {
+                k: v for k, v in values.items() if v is not None or k == "seed"
+            }
             return function(batch=Batch(**given_values), **given)
 
         return _add(wrapper, [option for group in groups for option in group])

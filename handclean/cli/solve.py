@@ -16,7 +16,7 @@ from handclean.pipeline.choices import Solving
 @click.option(
     "--per-frame",
     is_flag=True,
-    help="Frame by frame, each begun from the one before; the only way so far.",
+    help="Means nothing so far: frame by frame, each from the last, is the only way.",
 )
 @click.option("--standard", is_flag=True, help="Plain inverse kinematics, no prior.")
 @options.prior

@@ -31,7 +31,7 @@ class Batch:
     failed : where to list the failed inputs, or None.
     overwrite : make every output anew and replace what handclean did not make.
     require : conditions such as "residual_mm<=1".
-    seed : of everything random.
+    seed : of everything random; None where nothing is.
     json, quiet, verbose : how to tell about it.
     """
 
@@ -54,7 +54,7 @@ class Batch:
     failed: Path | None = None
     overwrite: bool = False
     require: tuple[str, ...] = ()
-    seed: int = 0
+    seed: int | None = 0
     json: bool = False
     quiet: bool = False
     verbose: bool = False
@@ -121,7 +121,7 @@ class Work:
 
     command: str
     settings: Any = None
-    seed: int = 0
+    seed: int | None = 0
     overwrite: bool = False
     quiet: bool = False
     step: str = ""

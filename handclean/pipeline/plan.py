@@ -108,7 +108,7 @@ def _source(batch: Batch, line: Line) -> Source:
         lenient=batch.lenient,
         believe_coordinates=batch.believe_coordinates,
         files=batch.files,
-        seed=batch.seed,
+        seed=batch.seed or 0,
         at=line.at,
     )
 

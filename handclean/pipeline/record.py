@@ -81,13 +81,14 @@ def entry(work: Work, task: Task, digests: Mapping[Path, str]) -> dict[str, Any]
             if item["role"] == "input" or item not in inputs:
                 inputs.append(item)
     settings = asdict(work.settings) if work.settings is not None else {}
+    seed = {} if work.seed is None else {"seed": work.seed}
     return {
         "command": work.command,
         "version": __version__,
         "code": code(),
         "settings": plain(settings),
         "inputs": inputs,
-        "seed": work.seed,
+        **seed,
     }
 
 

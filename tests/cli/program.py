@@ -34,7 +34,11 @@ class TallyConfig:
 
 @click.command("tally")
 @options.batch(
-    options.SOURCES, options.OUTPUT, options.HANDS, options.MANY, options.TELLING
+    options.SOURCES,
+    [*options.OUTPUT[:-1], options.seed],  # it draws
+    options.HANDS,
+    options.MANY,
+    options.TELLING,
 )
 @options.settings("tally", TallyConfig)
 def command(batch: Batch, settings: TallyConfig) -> int:

@@ -106,7 +106,10 @@ def test_a_rerun_skips_until_the_options_differ(handclean, take):
 
     assert [status(), status()] == ["done", "skipped"]
     before = Path("a.h5").read_bytes()
-    line += ["--seed", "1"]
+    line += ["--seed", "1"]  # nothing is drawn: accepted, and the same record
+    assert [status(), status()] == ["skipped", "skipped"]
+    assert Path("a.h5").read_bytes() == before
+    line += ["--unit", "mm"]
     assert [status(), status()] == ["done", "skipped"]
     assert Path("a.h5").read_bytes() != before
 

@@ -51,6 +51,34 @@ def test_help_says_what_a_command_needs_and_what_it_makes(call, command, said):
     assert said in " ".join(out.split())
 
 
+DRAWING = {"calibrate-glove fit", "optimize-layout", "simulate"}
+
+
+@pytest.mark.parametrize("command", [c for c in frame.COMMANDS if c != "warm"])
+def test_a_seed_is_shown_where_something_is_drawn_and_accepted_everywhere(
+    call, command
+):
+    _, out, _ = call(*command.split(), "--help")
+    assert ("--seed INTEGER" in out) == (command in DRAWING)
+    _, _, err = call(*command.split(), "--seed", "7", "--no-such-option")
+    assert "No such option '--no-such-option'" in err
+    _, _, err = call(*command.split(), "--seed", "x")
+    assert "Invalid value for '--seed'" in err
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("solve", "--per-frame Means nothing so far: "),
+        ("solve", "So far 'both' means no more than that there should be a --subject"),
+        ("label", "So far 'both' means no more than that there should be a --subject"),
+    ],
+)
+def test_help_says_what_means_nothing_so_far(call, command, said):
+    _, out, _ = call(*command.split(), "--help")
+    assert said in " ".join(out.split())
+
+
 def test_help_lists_every_command(call):
     status, out, _ = call("--help")
     assert status == 0
