@@ -9,6 +9,7 @@ import atexit
 import json
 import os
 import select
+import signal
 import subprocess
 import sys
 import threading
@@ -16,7 +17,7 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from handclean.errors import FileError, Place
 
@@ -47,6 +48,8 @@ class _Child:
 class _State:
     child: _Child | None = None
     lock = threading.RLock()
+    bad: ClassVar[dict[tuple[int, ...], str]] = {}
+    """What is wrong with files over which the library hung or died."""
 
 
 def start() -> None:
@@ -100,31 +103,58 @@ def walked(
 
 
 def _asked(path: Path, line: bytes) -> tuple[dict[str, Any], list[bytes]]:
-    """Ask; once more if the process ended by no fault of the file."""
-    for last in (False, True):
-        start()
-        child = _State.child
-        assert child is not None
-        done = False
-        try:
-            answer = _answer(child, line)
-            done = True
-            return answer
-        except TimeoutError:
-            wrong = f"cannot be read: HDF5 does not come to an end in {LIMIT_S:.0f} s"
-            raise FileError(path, wrong, "it is damaged") from None
-        except (EOFError, BrokenPipeError, ConnectionError):
-            status = child.process.wait()
-            if last or status not in (0, -9):
-                raise FileError(path, _cause(status), "it is damaged") from None
-        finally:
-            if not done:
-                stop()
-    raise AssertionError("either answered or raised")
+    """Ask; once more if the process ended by no fault of the file.
+
+    A file that made it hang or die is not tried again as long as it stays as it is.
+    """
+    state = _state_of(path)
+    if state in _State.bad:
+        raise FileError(path, _State.bad[state], "it is damaged")
+    try:
+        for _ in range(2):
+            with suppress(EOFError, ConnectionError):
+                return _answered(line)
+        wrong = "cannot be read: the process that reads it was killed"
+        raise FileError(path, wrong, "perhaps for want of memory")
+    except _BadError as error:
+        _State.bad[state] = str(error)
+        raise FileError(path, str(error), "it is damaged") from None
+
+
+class _BadError(Exception):
+    """The library hung or died over a file."""
+
+
+def _answered(line: bytes) -> tuple[dict[str, Any], list[bytes]]:
+    """Ask once; a process that was interrupted in the middle is of no more use."""
+    start()
+    child = _State.child
+    assert child is not None
+    done = False
+    try:
+        answer = _answer(child, line)
+        done = True
+        return answer
+    except TimeoutError:
+        text = f"cannot be read: HDF5 does not come to an end in {LIMIT_S:.0f} s"
+        raise _BadError(text) from None
+    except (EOFError, ConnectionError):
+        status = child.process.wait()
+        if status in (0, -signal.SIGKILL):
+            raise
+        raise _BadError(_cause(status)) from None
+    finally:
+        if not done:
+            stop()
+
+
+def _state_of(path: Path) -> tuple[int, ...]:
+    about = path.stat()
+    return (about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns)
 
 
 def _cause(status: int) -> str:
-    if status == -24:  # SIGXCPU
+    if status in (-signal.SIGXCPU, -signal.SIGALRM):
         return "cannot be read: HDF5 does not come to an end"
     return "cannot be read: HDF5 breaks down over it"
 

@@ -25,6 +25,7 @@ import signal
 import struct
 import sys
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import islice
 from math import prod
 from typing import Any, BinaryIO
@@ -38,7 +39,7 @@ SEAL = "sha256"
 LIMIT_S = 20
 """A file over which HDF5 takes longer is given up."""
 
-_LOOP_S = 2
+_LOOP_S = 1
 """[s] of processor time that no one object needs."""
 
 _AT_ONCE = 64
@@ -109,10 +110,10 @@ def walk(
     with open(path, "rb") as raw, h5py.File(path, "r", locking=False) as file:
         about = os.fstat(raw.fileno())
         found = _Walk(file, raw, about.st_size)
-        attrs = found.attrs(file, "")
+        attrs = found.attrs(file.id, "")
         root = None
         if only is None or attrs.get("format") == only:
-            root = found.group(file, "", 0, keys)
+            root = found.group(file.id, "", 0, keys)
             root["attrs"] = attrs
         answer = {"attrs": attrs, "root": root, "seal": _seal(file)}
         names = list(islice(file, _MOST_NAMES))
@@ -145,128 +146,133 @@ class _Walk:
         self._attrs = _MOST_ATTRS
 
     def group(
-        self, group: h5py.Group, where: str, depth: int, keys: list[str] | None = None
+        self, group: Any, where: str, depth: int, keys: list[str] | None = None
     ) -> dict[str, Any]:
-        """Walk a group and all below it, or only some keys of it."""
+        """Walk a group and all below it, or only some keys of it.
+
+        Groups, datasets and attributes are those of HDF5 itself here, not h5py's, which
+        ask the library again for every property.
+        """
         if depth > _DEEPEST:
             raise Refused(where, "groups are nested too deeply")
         items: dict[str, Any] = {}
-        for key in group if keys is None else [k for k in keys if k in group]:
-            if depth == 0 and key == SEAL:
+        for raw in list(group) if keys is None else [key.encode() for key in keys]:
+            key = raw.decode("utf-8", "surrogateescape")
+            if (depth == 0 and key == SEAL) or (keys is not None and raw not in group):
                 continue
             inner = f"{where}/{key}"
             self._objects -= 1
             if self._objects < 0:
                 raise Refused("", "holds too many objects")
             _expect_to_end()
-            if not isinstance(group.get(key, getlink=True), h5py.HardLink):
+            if group.links.get_info(raw).type != h5py.h5l.TYPE_HARD:
                 raise Refused(inner, "links to elsewhere", "it should hold the data")
-            item = group[key]
-            if isinstance(item, h5py.Group):
+            item = h5py.h5o.open(group, raw)
+            if isinstance(item, h5py.h5g.GroupID):
                 items[key] = self.group(item, inner, depth + 1)
-            elif isinstance(item, h5py.Dataset):
+            elif isinstance(item, h5py.h5d.DatasetID):
                 items[key] = self._dataset(item, inner)
             else:
                 raise Refused(inner, "is neither group nor dataset")
         return {"attrs": self.attrs(group, where) if depth else {}, "items": items}
 
-    def attrs(self, target: h5py.HLObject, where: str) -> dict[str, Any]:
+    def attrs(self, target: Any, where: str) -> dict[str, Any]:
         """Read the attributes that are single texts or numbers."""
         attrs: dict[str, Any] = {}
-        for name in target.attrs:
-            self._attrs -= 1
-            if self._attrs < 0:
-                raise Refused("", "holds too many attributes")
-            stored = target.attrs.get_id(name)
-            if stored.shape not in ((), (1,)):
+        count = h5py.h5a.get_num_attrs(target)
+        self._attrs -= count
+        if self._attrs < 0:
+            raise Refused("", "holds too many attributes")
+        for number in range(count):
+            stored = h5py.h5a.open(target, index=number)
+            shape, dtype = stored.shape, stored.dtype
+            if shape not in ((), (1,)):
                 continue
-            self._spend(where, stored.dtype.itemsize)
-            is_text = stored.dtype.kind == "S" or h5py.check_string_dtype(stored.dtype)
-            if not is_text and stored.dtype.kind not in "biuf":
+            self._spend(where, dtype.itemsize)
+            is_text = dtype.kind == "S" or h5py.check_string_dtype(dtype)
+            if not is_text and dtype.kind not in "biuf":
                 continue
-            value = np.asarray(target.attrs[name]).reshape(-1)[0]
+            value = np.zeros(shape, dtype=dtype)
+            stored.read(value)
+            one = value.reshape(-1)[0]
+            name = stored.name.decode("utf-8", "surrogateescape")
             if is_text:
-                value = _bytes(value)
-                self._spend(where, len(value))
-                attrs[name] = decoded(value)
+                self._spend(where, len(one))
+                attrs[name] = decoded(_bytes(one))
             else:
-                attrs[name] = value.item()
+                attrs[name] = one.item()
         return attrs
 
-    def _dataset(self, dataset: h5py.Dataset, where: str) -> dict[str, Any]:
-        if dataset.is_virtual or dataset.external:
+    def _dataset(self, stored: Any, where: str) -> dict[str, Any]:
+        creation = stored.get_create_plist()
+        layout = creation.get_layout()
+        if layout == h5py.h5d.VIRTUAL or creation.get_external_count():
             raise Refused(where, "keeps its data elsewhere")
-        creation = dataset.id.get_create_plist()
         filters = [creation.get_filter(i) for i in range(creation.get_nfilters())]
         if not {number for number, *_ in filters} <= _FILTERS:
             raise Refused(where, "is packed with a filter that is not standard")
         if len(filters) > _MOST_FILTERS:
             raise Refused(where, "is packed too often")
-        if dataset.shape is None:
+        if stored.get_space().get_simple_extent_type() == h5py.h5s.NULL:
             raise Refused(where, "is empty")
-        if dataset.ndim > _MOST_AXES:
-            raise Refused(where, f"has {dataset.ndim} axes")
-        is_text = h5py.check_string_dtype(dataset.dtype) or dataset.dtype.kind == "S"
-        if not is_text and (
-            dataset.dtype.kind not in "biuf" or dataset.dtype.itemsize > 8
-        ):
-            raise Refused(where, f"holds {dataset.dtype}", "not numbers or texts")
-        layout = creation.get_layout()
-        table = _table(dataset) if layout == h5py.h5d.CHUNKED else None
-        self._expect_stored(dataset, table, where)
-        attrs = self.attrs(dataset, where)
+        shape, dtype = stored.shape, stored.dtype
+        if len(shape) > _MOST_AXES:
+            raise Refused(where, f"has {len(shape)} axes")
+        is_text = h5py.check_string_dtype(dtype) or dtype.kind == "S"
+        if not is_text and (dtype.kind not in "biuf" or dtype.itemsize > 8):
+            raise Refused(where, f"holds {dtype}", "not numbers or texts")
+        chunk = creation.get_chunk() if layout == h5py.h5d.CHUNKED else ()
+        table = _table(stored, shape) if chunk else None
+        claim = _Claim(shape, chunk, dtype.itemsize, table, stored.get_storage_size())
+        self._expect_stored(claim, where)
+        found = {"attrs": self.attrs(stored, where)}
         if is_text:
-            return {"attrs": attrs, **self._texts(dataset, where)}
-        found = {"attrs": attrs, "shape": dataset.shape, "dtype": dataset.dtype.str}
-        if layout == h5py.h5d.COMPACT or _is_odd(dataset):
-            values = dataset[()]
-            found["dtype"] = values.dtype.str
-            return {**found, "raw": self._block(np.asarray(values).tobytes())}
+            return {**found, **self._texts(h5py.Dataset(stored), chunk, where)}
+        found |= {"shape": shape, "dtype": dtype.str}
+        at = stored.get_offset() if table is None else None
+        is_odd = not stored.get_type().equal(h5py.h5t.py_create(dtype))
+        if is_odd or (table is None and at is None):  # HDF5 converts, or keeps it apart
+            values = np.asarray(h5py.Dataset(stored)[()])
+            return {
+                **found,
+                "dtype": values.dtype.str,
+                "raw": self._block(values.tobytes()),
+            }
         if table is None:
-            at = dataset.id.get_offset()
-            if at is None and dataset.size:
-                return {**found, "raw": self._block(dataset[()].tobytes())}
-            return {**found, "at": at or 0}
-        fill = np.zeros((), dtype=dataset.dtype)
+            return {**found, "at": at}
+        fill = np.zeros((), dtype=dtype)
         creation.get_fill_value(fill)
-        self._shift(dataset, table)
+        self._shift(stored, table)
         return {
             **found,
-            "chunk": dataset.chunks,
+            "chunk": chunk,
             "filters": [[number, *cd[:1]] for number, _, cd, _ in filters],
             "fill": self._block(fill.tobytes()),
             "table": self._block(table.tobytes()),
         }
 
-    def _expect_stored(self, dataset: h5py.Dataset, table: Any, where: str) -> None:
+    def _expect_stored(self, claim: "_Claim", where: str) -> None:
         """Expect a dataset to claim no more than what is stored of it could hold."""
-        claim = prod(dataset.shape)
-        if table is None:
-            stored = dataset.id.get_storage_size()
-            holds = min(stored, self._size)
-        else:
-            cells = zip(dataset.shape, dataset.chunks, strict=True)
-            grid = [-(-size // chunk) for size, chunk in cells]
-            claim = max(prod(grid), 1) * prod(dataset.chunks)  # up to whole chunks
-            if len(table) > prod(grid):
-                raise Refused(where, "has more chunks than there is room for")
-            holds = _PACKED * min(int(table[:, -1].sum()), self._size)
-        claim *= dataset.dtype.itemsize
-        if claim > min(max(_SPARSE, holds), self._left):
-            said = " x ".join(map(str, dataset.shape))
+        if claim.claimed > min(max(_SPARSE, claim.held(self._size)), self._left):
+            said = " x ".join(map(str, claim.shape))
             raise Refused(where, f"claims {said} values, far more than it holds")
-        self._spend(where, claim + (0 if table is None else table.nbytes))
+        if claim.table is not None and len(claim.table) > claim.chunks:
+            raise Refused(where, "has more chunks than there is room for")
+        rows = 0 if claim.table is None else claim.table.nbytes
+        self._spend(where, claim.claimed + rows)
 
-    def _shift(self, dataset: h5py.Dataset, table: Any) -> None:
+    def _shift(self, stored: Any, table: Any) -> None:
         """Count from the file's first byte; some versions count from the user block."""
         if not (self._base and len(table)):
             return
         at, size = int(table[0, -2]), int(table[0, -1])
-        _, stored = dataset.id.read_direct_chunk(tuple(map(int, table[0, :-3])))
-        if os.pread(self._raw.fileno(), size, at) != bytes(stored):
+        _, chunk = stored.read_direct_chunk(tuple(map(int, table[0, :-3])))
+        if os.pread(self._raw.fileno(), size, at) != bytes(chunk):
             table[:, -2] += self._base
 
-    def _texts(self, dataset: h5py.Dataset, where: str) -> dict[str, Any]:
+    def _texts(
+        self, dataset: h5py.Dataset, chunk: tuple[int, ...], where: str
+    ) -> dict[str, Any]:
         if dataset.ndim == 0:
             raw = _bytes(dataset[()])
             self._spend(where, len(raw))
@@ -275,7 +281,7 @@ class _Walk:
             raise Refused(where, "texts should stand in one row")
         step = _AT_ONCE
         if dataset.dtype.kind == "S":
-            step = max(step, *(dataset.chunks or (0,)))
+            step = max(step, *chunk, 0)
         texts: list[str] = []
         for start in range(0, len(dataset), step):
             _expect_to_end()
@@ -301,7 +307,37 @@ def _bytes(raw: Any) -> bytes:
     return bytes(raw)
 
 
-def _table(dataset: h5py.Dataset) -> Any:
+@dataclass(frozen=True)
+class _Claim:
+    """What a dataset says of its size, and what is stored of it."""
+
+    shape: tuple[int, ...]
+    chunk: tuple[int, ...]
+    itemsize: int
+    table: Any
+    stored: int
+
+    @property
+    def chunks(self) -> int:
+        """How many chunks there can be."""
+        pairs = zip(self.shape, self.chunk, strict=True)
+        return prod(-(-size // step) for size, step in pairs)
+
+    @property
+    def claimed(self) -> int:
+        """[bytes] of its numbers, up to whole chunks."""
+        if self.table is None:
+            return prod(self.shape) * self.itemsize
+        return max(self.chunks, 1) * prod(self.chunk) * self.itemsize
+
+    def held(self, size: int) -> int:
+        """[bytes] that can be stored of it in a file of some size."""
+        if self.table is None:
+            return min(self.stored, size)
+        return _PACKED * min(int(self.table[:, -1].sum()), size)
+
+
+def _table(stored: Any, shape: tuple[int, ...]) -> Any:
     """(N, axes + 3) offset, left-out filters, place and size of each chunk."""
     rows: list[tuple[int, ...]] = []
 
@@ -309,15 +345,10 @@ def _table(dataset: h5py.Dataset) -> Any:
         place = (chunk.filter_mask, chunk.byte_offset, chunk.size)
         rows.append((*chunk.chunk_offset, *place))
 
-    if dataset.size:
-        dataset.id.chunk_iter(note)
+    if prod(shape):
+        stored.chunk_iter(note)
     rows.sort()
-    return np.array(rows, dtype=np.int64).reshape(-1, dataset.ndim + 3)
-
-
-def _is_odd(dataset: h5py.Dataset) -> bool:
-    """Whether its numbers are stored as numpy has none: HDF5 converts them."""
-    return not dataset.id.get_type().equal(h5py.h5t.py_create(dataset.dtype))
+    return np.array(rows, dtype=np.int64).reshape(-1, len(shape) + 3)
 
 
 def _seal(file: h5py.File) -> int | None:

@@ -273,6 +273,8 @@ def _points(part: Part, frames: int) -> Points | None:
 
 def _motion(part: Part, frames: int) -> Motion:
     names = part.texts("names")
+    if len(set(names)) < len(names):
+        raise part.fail("names of angles stand twice", "each should be there once")
     return Motion(
         names=names,
         angles=part.array("angles", "rad", np.float64, frames, len(names)),

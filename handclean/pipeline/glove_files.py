@@ -164,8 +164,9 @@ def read_calibration(path: Path) -> Calibration:
         }
         try:
             fitted = from_arrays(one.text("kind"), arrays)
-        except (HandcleanError, IndexError, ValueError) as error:
-            raise one.fail(str(error).splitlines()[0]) from None
+        except (HandcleanError, LookupError, ValueError, TypeError) as error:
+            why = (str(error).splitlines() or [type(error).__name__])[0]
+            raise one.fail(f"its model does not fit together ({why})") from None
         fits.append(
             RotationFit(
                 rotation=rotation,
