@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
-from handclean.errors import HandcleanError
+from handclean.errors import HandcleanError, ShapeError
 
 ROOT_DOFS = 6
 """Degrees of freedom of a floating root: three translations, three rotations."""
@@ -64,17 +64,21 @@ class JointTree:
 
     def __post_init__(self) -> None:
         size, hinges = len(self.bones), len(self.hinges)
-        expect_shape("joints", np.array(self.joints), size)
+        if problem := _oversized(self):
+            raise self._unusable(problem)
+        if len(self.joints) != size:
+            raise ShapeError(f"joints should be {size} names, not {len(self.joints)}")
         expect_shape("parents", self.parents, size)
         expect_shape("offsets", self.offsets, size, 3)
         expect_shape("hinge_bone", self.hinge_bone, hinges)
         expect_shape("axes", self.axes, hinges, 3)
         expect_shape("limits", self.limits, hinges, 2)
-        problem = _problem(self)
-        if problem:
-            raise HandcleanError(
-                f"joint tree of '{self.subject or self.kind}': {problem}"
-            )
+        if problem := _problem(self):
+            raise self._unusable(problem)
+
+    def _unusable(self, problem: str) -> HandcleanError:
+        called = (self.subject or self.kind)[:40]
+        return HandcleanError(f"joint tree of '{called}': {problem}")
 
     @property
     def dofs(self) -> int:
@@ -123,8 +127,27 @@ class JointTree:
         )
 
 
+MOST_BONES = 1000
+"""Bones and hinges of a tree; no body has so many."""
+
+LONGEST_NAME = 1000
+"""Characters of a name; no program shows so many."""
+
 MIRROR = np.array([-1.0, 1.0, 1.0])
 """Mirrors places in a hand's frame; an axis, being axial, takes the opposite sign."""
+
+
+def _oversized(tree: JointTree) -> str:
+    """Say what makes a tree too large to be looked at, or nothing."""
+    if max(len(tree.bones), len(tree.hinges)) > MOST_BONES:
+        return (
+            f"{len(tree.bones)} bones and {len(tree.hinges)} hinges, but "
+            f"{MOST_BONES} are the most"
+        )
+    names = (*tree.bones, *tree.joints, *tree.hinges)
+    if max(map(len, names), default=0) > LONGEST_NAME:
+        return f"a name has more than {LONGEST_NAME} characters"
+    return ""
 
 
 def _problem(tree: JointTree) -> str:
@@ -132,10 +155,12 @@ def _problem(tree: JointTree) -> str:
     size = len(tree.bones)
     if size == 0:
         return "there should be at least one bone"
+    if not 0.0 < tree.scale < np.inf:
+        return f"scale should be a number above 0, not {tree.scale:g}"
     if len(set(tree.bones)) != size or len(set(tree.hinges)) != len(tree.hinges):
         return "names of bones and hinges should be unique"
     if tree.side not in ("left", "right", ""):
-        return f"side should be left or right, not '{tree.side}'"
+        return f"side should be left or right, not '{tree.side[:20]}'"
     if tree.parents[0] != -1 or np.any(tree.parents[1:] < 0):
         return "only the first bone should be without a parent"
     if np.any(tree.parents >= np.arange(size)):

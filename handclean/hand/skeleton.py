@@ -43,7 +43,7 @@ from handclean.errors import (
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
-from handclean.tree import MIRROR, JointTree
+from handclean.tree import LONGEST_NAME, MIRROR, MOST_BONES, JointTree
 
 _KEYS = {
     "": {"name", "kind", "side", "bone", "marker"},
@@ -118,6 +118,8 @@ def load_skeleton(path: Path | str) -> Subject:
     bones = _tables(path, "bone", content.get("bone"))
     if not bones:
         raise FileError(path, "no [[bone]]", "the first is the root")
+    if len(bones) > MOST_BONES:
+        raise FileError(path, f"has {len(bones)} bones", f"{MOST_BONES} are the most")
     tree = _tree(path, content, bones)
     markers = _tables(path, "marker", content.get("marker"))
     for row in markers:
@@ -210,6 +212,9 @@ def _text(path: Path, key: str, row: dict[str, Any]) -> str:
     value = row.get(key)
     if not isinstance(value, str) or not value:
         raise FileError(path, f"{key} is {value!r}", f"give {key} = '...'")
+    if len(value) > LONGEST_NAME:
+        wrong = f"a {key} has {len(value)} characters"
+        raise FileError(path, wrong, f"{LONGEST_NAME} are the most")
     return value
 
 

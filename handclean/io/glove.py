@@ -417,7 +417,7 @@ def _open_h5(path: Path) -> ReadingsFile:
         raise FileError(
             Place(path) / "sensors", "holds numbers", "not names of sensors"
         )
-    names = root.texts("sensors") if root.has("sensors") else ()
+    names = root.names("sensors") if root.has("sensors") else ()
     if names and len(names) != columns:
         raise FileError(path, f"names {len(names)} sensors for {columns} columns")
     return ReadingsFile(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handclean.errors import FileError, HandcleanError, Place, Where
-from handclean.tree import JointTree
+from handclean.tree import LONGEST_NAME, JointTree
 
 Fact = str | int | float | bool
 
@@ -129,6 +129,21 @@ class Part:
             raise self.fail(f"{name} holds {len(found)} texts", f"not {count}")
         return tuple(map(str, found))
 
+    def names(self, name: str, count: int | None = None) -> tuple[str, ...]:
+        """Return a list of names: texts that are not too long for one.
+
+        Raises
+        ------
+        FileError
+            If it is not there, not as long as expected, or one of them is too long.
+        """
+        found = self.texts(name, count)
+        longest = max(map(len, found), default=0)
+        if longest > LONGEST_NAME:
+            wrong = f"{name} holds a name of {longest} characters"
+            raise self.fail(wrong, f"{LONGEST_NAME} are the most")
+        return found
+
     def text(self, name: str, default: str | None = None) -> str:
         """Return an attribute that is a text.
 
@@ -186,7 +201,7 @@ def tree_from(part: Part) -> JointTree:
     FileError
         If it holds none.
     """
-    bones, hinges = part.texts("bones"), part.texts("hinges")
+    bones, hinges = part.names("bones"), part.names("hinges")
     size, dofs = len(bones), len(hinges)
     axes = part.array("axes", "", np.float64, dofs, 3)
     if np.any(np.abs(axes) > 2.0):
@@ -198,7 +213,7 @@ def tree_from(part: Part) -> JointTree:
             subject=part.text("subject", ""),
             scale=part.number("scale", 1.0),
             bones=bones,
-            joints=part.texts("joints", size),
+            joints=part.names("joints", size),
             parents=part.array("parents", "", np.int64, size),
             offsets=part.array("offsets", "m", np.float64, size, 3),
             hinges=hinges,

@@ -41,7 +41,7 @@ def read_prior(path: Path = SHIPPED) -> PosturePrior:
         If the file is not one.
     """
     part = read_h5(path, FORMAT, shipped=path == SHIPPED)
-    names = part.texts("names")
+    names = part.names("names")
     deviations = part.array("deviations", "rad", np.float64, None)
     hinges, directions = len(names), len(deviations)
     prior = PosturePrior(

@@ -228,7 +228,7 @@ def _markers(part: Part, frames: int, *, distances: bool) -> Trajectories | None
     """Read markers; ``distances``: their sigma is one, of three axes together."""
     if not part.items:
         return None
-    labels = part.texts("labels")
+    labels = part.names("labels")
     shape = (frames, len(labels))
     positions = part.array("positions", "m", np.float64, *shape, 3)
     if part.has("origin"):
@@ -247,7 +247,7 @@ def _markers(part: Part, frames: int, *, distances: bool) -> Trajectories | None
     return Trajectories(
         positions=positions,
         labels=labels,
-        model=part.texts("model", len(labels)) if part.has("model") else blank,
+        model=part.names("model", len(labels)) if part.has("model") else blank,
         origin=origin,
         **arrays,
     )
@@ -272,7 +272,7 @@ def _points(part: Part, frames: int) -> Points | None:
 
 
 def _motion(part: Part, frames: int) -> Motion:
-    names = part.texts("names")
+    names = part.names("names")
     if len(set(names)) < len(names):
         raise part.fail("names of angles stand twice", "each should be there once")
     return Motion(
@@ -308,7 +308,7 @@ def _events(part: Part, frames: int, numbering: Numbering | None) -> tuple[Event
 def _analog(part: Part, frames: int) -> Analog | None:
     if not part.items:
         return None
-    labels = part.texts("labels")
+    labels = part.names("labels")
     values = part.array("values", "as in units", np.float64, None, len(labels))
     if len(values) % frames:
         raise part.fail(f"has {len(values)} samples over {frames} frames")
@@ -318,7 +318,7 @@ def _analog(part: Part, frames: int) -> Analog | None:
     return Analog(
         values=values,
         labels=labels,
-        units=part.texts("units", len(labels)),
+        units=part.names("units", len(labels)),
         rate=float(rate),
     )
 
@@ -328,8 +328,10 @@ def _source_events(part: Part) -> tuple[SourceEvent, ...]:
         return ()
     labels = part.texts("label")
     contexts = part.texts("context", len(labels))
-    times = part.array("time", "s", np.float64, len(labels)).tolist()
-    rows = zip(times, labels, contexts, strict=True)
+    times = part.array("time", "s", np.float64, len(labels))
+    if np.isinf(times).any():
+        raise part.fail("time should be finite numbers")
+    rows = zip(times.tolist(), labels, contexts, strict=True)
     return tuple(SourceEvent(time=t, label=x, context=c) for t, x, c in rows)
 
 

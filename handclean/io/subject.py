@@ -75,7 +75,7 @@ def read_subject(path: Path) -> Subject:
     part = read_h5(path, FORMAT)
     tree = tree_from(part.part("skeleton"))
     markers = part.part("markers")
-    labels = markers.texts("labels")
+    labels = markers.names("labels")
     count = len(labels)
     bone = markers.array("bone", "", np.int64, count)
     at = markers.array("at", "m", np.float64, count, 3)
@@ -86,7 +86,7 @@ def read_subject(path: Path) -> Subject:
     if len(set(labels)) != count:
         raise markers.fail("labels should be unique")
     errors = part.part("errors")
-    names = errors.texts("names") if errors.has("names") else ()
+    names = errors.names("names") if errors.has("names") else ()
     values = errors.array("values", "", np.float64, len(names)) if names else ()
     return Subject(
         name=part.text("name", "") or _called(path),

@@ -59,10 +59,10 @@ def read_samples(path: Path) -> tuple[Samples, Glove]:
     """
     part = _part(path, SAMPLES, "'calibrate-glove sample' makes samples of readings")
     glove = glove_from_text(path, _definition(part))
-    sensors, rotations = part.texts("sensors"), part.texts("rotations")
+    sensors, rotations = part.names("sensors"), part.names("rotations")
     readings = part.array("readings", "", np.float64, None, len(sensors))
     count = len(readings)
-    groups = part.texts("groups")
+    groups = part.names("groups")
     group = part.array("group", "", np.int64, count)
     if count and not 0 <= group.min() <= group.max() < len(groups):
         raise part.fail(f"group should be 0 to {len(groups) - 1}")
@@ -154,7 +154,7 @@ def read_calibration(path: Path) -> Calibration:
     measured = {row.rotation: row for row in glove.measured}
     fits = []
     for rotation, one in part.part("rotations").parts():
-        sensors = one.texts("sensors")
+        sensors = one.names("sensors")
         if rotation not in measured or not set(sensors) <= set(glove.sensors):
             raise part.fail(f"its model of {rotation} is not one of its glove")
         arrays = {
