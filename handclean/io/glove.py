@@ -214,8 +214,7 @@ def open_readings(
         elif not found._clock.says:
             _expect_possible(found)
         return found
-    said = found.facts.get("rate_hz")
-    said = float(said) if isinstance(said, int | float) and said > 0 else None
+    said = rate_said(found.facts)
     if rate_hz and said and abs(rate_hz / said - 1.0) > _AGREE:
         raise UsageError(
             f"--rate {rate_hz:g} Hz, but the file says {said:g} Hz", where=path
@@ -223,6 +222,14 @@ def open_readings(
     if not (rate_hz or said):
         raise UsageError("has no times; give --rate", where=path)
     return replace(found, rate=float(rate_hz or said or 1.0))
+
+
+def rate_said(facts: Mapping[str, Any]) -> float | None:
+    """[Hz] the rate that a file says of itself, if it says one."""
+    said = facts.get("rate_hz")
+    if not isinstance(said, int | float) or not 0.0 < said < math.inf:
+        return None
+    return float(said)
 
 
 def facts_of(path: Path) -> Mapping[str, Any]:
@@ -411,6 +418,8 @@ def _open_h5(path: Path) -> ReadingsFile:
     if "readings" not in stored or len(stored["readings"].shape) != 2:
         raise FileError(path, *_NO_READINGS)
     frames, columns = stored["readings"].shape
+    if not columns:
+        raise FileError(path, *_NO_READINGS)
     if "time" in stored and stored["time"].shape != (frames,):
         raise FileError(path, f"has {frames} frames and other times")
     if "sensors" in stored:

@@ -10,7 +10,7 @@ import numpy as np
 
 from handclean.errors import HandcleanError
 from handclean.io import h5
-from handclean.io.glove import FORMAT, MARK, head_of, open_readings
+from handclean.io.glove import FORMAT, MARK, head_of, open_readings, rate_said
 
 _AXIS = re.compile(r"[-_ .:][XYZxyz]$")
 _FEW = 3
@@ -60,7 +60,7 @@ def inspect_readings(path: Path, rate_hz: float | None) -> dict[str, Any]:
     """
     traps = []
     begun = head_of(path, 0)
-    unknown = not (rate_hz or begun.has_times or "rate_hz" in begun.facts)
+    unknown = not (rate_hz or begun.has_times or rate_said(begun.facts))
     if unknown:
         traps.append("has no times; give --rate")
     found = open_readings(path, rate_hz=1.0 if unknown else rate_hz)

@@ -27,6 +27,9 @@ from handclean.tree import JointTree
 SAMPLES = "handclean glove samples"
 CALIBRATION = "handclean glove calibration"
 
+_ARITHMETIC = (TypeError, ArithmeticError)
+"""What comes of arrays of another shape, and of infinite counts."""
+
 _WEARING = ("middle", "shift", "gain")
 
 
@@ -163,21 +166,19 @@ def read_calibration(path: Path) -> Calibration:
             if isinstance(item, Array)
         }
         try:
-            fitted = from_arrays(one.text("kind"), arrays)
-        except (HandcleanError, LookupError, ValueError, TypeError) as error:
-            why = (str(error).splitlines() or [type(error).__name__])[0]
-            raise one.fail(f"its model does not fit together ({why})") from None
-        fits.append(
-            RotationFit(
+            fit = RotationFit(
                 rotation=rotation,
                 sensors=sensors,
-                fitted=fitted,
+                fitted=from_arrays(one.text("kind"), arrays),
                 fk=int(one.number("fk", 0)),
                 ik=int(one.number("ik", 0)),
                 scale=one.number("scale", 1.0),
                 floor=one.number("floor", 0.0),
             )
-        )
+        except (HandcleanError, LookupError, ValueError, *_ARITHMETIC) as error:
+            why = (str(error).splitlines() or [type(error).__name__])[0]
+            raise one.fail(f"its model does not fit together ({why})") from None
+        fits.append(fit)
     if not fits:
         raise part.fail("has no model of any rotation")
     order = list(measured)

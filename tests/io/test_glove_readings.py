@@ -294,3 +294,116 @@ def test_many_sensors_cost_little(tmp_path):
     begun = time.process_time()
     assert open_readings(path, rate_hz=60.0).columns == len(names)
     assert time.process_time() - begun < 2.0
+
+
+SECRET = "not for those who look at gloves"
+
+
+@pytest.mark.parametrize("part", ["readings", "time", "sensors"])
+@pytest.mark.parametrize("how", ["external storage", "link", "soft link", "virtual"])
+def test_no_part_is_read_from_another_file(tmp_path, rng, part, how):
+    secret = tmp_path / "secret"
+    secret.write_text(SECRET * 20)
+    times, values = made(rng)
+    parts = {"readings": values, "time": times, "sensors": ["A", "B", "C"]}
+    path = natural(tmp_path / "take.h5", **parts)
+    with h5py.File(path, "r+") as file:
+        shape = file[part].shape
+        del file[part]
+        kind = "S8" if part == "sensors" else "f8"
+        if how == "external storage":
+            size = int(np.prod(shape)) * 8
+            outside = [(str(secret), 0, size)]
+            file.create_dataset(part, shape, kind, external=outside)
+        elif how == "link":
+            file[part] = h5py.ExternalLink(str(secret), "/x")
+        elif how == "soft link":
+            file[part] = h5py.SoftLink("/elsewhere")
+        else:
+            layout = h5py.VirtualLayout(shape=shape, dtype=kind)
+            layout[:] = h5py.VirtualSource(str(secret), "x", shape=shape)
+            file.create_virtual_dataset(part, layout)
+    for read in (files.inspect, lambda path: open_readings(path, rate_hz=60.0).all()):
+        with pytest.raises(FileError, match="elsewhere") as caught:
+            read(path)
+        assert SECRET[:8] not in str(caught.value)
+
+
+ODD = {
+    "complex": lambda f: put(f, "readings", np.ones((4, 3), "c16")),
+    "records": lambda f: put(f, "readings", np.zeros(4, "f8,i4")),
+    "references": lambda f: put(f, "readings", f.ref),
+    "group": lambda f: f.create_group("nothing") and put(f, "readings", None),
+    "empty": lambda f: put(f, "readings", h5py.Empty("f8")),
+    "scalar": lambda f: put(f, "readings", 1.0),
+    "three axes": lambda f: put(f, "readings", np.ones((4, 3, 2))),
+    "no rows": lambda f: put(f, "readings", np.ones((0, 3))),
+    "no columns": lambda f: put(f, "readings", np.ones((4, 0))),
+    "times of texts": lambda f: put(f, "time", ["a", "b"]),
+    "times of two axes": lambda f: put(f, "time", np.ones((4, 1))),
+    "one sensor's name": lambda f: put(f, "sensors", "A"),
+    "sensors in numbers": lambda f: put(f, "sensors", np.arange(3)),
+    "sensors in a table": lambda f: put(f, "sensors", [["A"], ["B"], ["C"]]),
+    "two sensors": lambda f: put(f, "sensors", ["A", "B"]),
+    "sensors of numbers of any count": lambda f: put_ragged(f),
+    "a long name": lambda f: put(f, "sensors", ["A", "B", "C" * 10**6]),
+    "a filter of a plug-in": lambda f: put_packed(f, "lzf"),
+    "a huge claim": lambda f: put_huge(f),
+}
+
+
+def put(file, name, value):
+    if name in file:
+        del file[name]
+    if value is None:
+        file.create_group(name)
+    else:
+        file[name] = value
+
+
+def put_ragged(file):
+    file.create_dataset("sensors", (3,), dtype=h5py.vlen_dtype("i4"))
+
+
+def put_packed(file, how):
+    del file["readings"]
+    file.create_dataset("readings", data=np.ones((4, 3)), compression=how)
+
+
+def put_huge(file):
+    del file["readings"]
+    file.create_dataset("readings", (10**9, 1000), "f8", chunks=(10, 10))
+
+
+@pytest.mark.parametrize("odd", ODD)
+def test_odd_parts_of_other_peoples_files_are_errors_of_one_line(tmp_path, odd):
+    path = natural(tmp_path / "take.h5", readings=np.ones((4, 3)))
+    with h5py.File(path, "r+") as file:
+        ODD[odd](file)
+    for read in (files.inspect, lambda path: open_readings(path, rate_hz=60.0).all()):
+        with pytest.raises(HandcleanError) as caught:
+            read(path)
+        assert len(str(caught.value).splitlines()) == 1
+
+
+ATTRIBUTES = {
+    "list": [1, 2, 3],
+    "texts": ["a", "b"],
+    "complex": 1j,
+    "record": np.zeros((), "f8,i4"),
+    "none": h5py.Empty("f8"),
+    "nan": np.nan,
+    "large": np.zeros((50, 50)),
+}
+
+
+@pytest.mark.parametrize("odd", ATTRIBUTES)
+@pytest.mark.parametrize("name", ["more", "glove", "rate_hz", "subject"])
+def test_odd_attributes_of_other_peoples_files_do_no_harm(tmp_path, odd, name):
+    path = natural(tmp_path / "take.h5", readings=np.ones((4, 3)))
+    with h5py.File(path, "r+") as file:
+        file.attrs[name] = ATTRIBUTES[odd]
+        file["of_others"] = np.zeros(3, "f8,i4")
+        file["linked"] = h5py.ExternalLink("none.h5", "/")
+    assert files.inspect(path)["frames"] == 4
+    assert open_readings(path, rate_hz=60.0).all()[1].shape == (4, 3)

@@ -1,5 +1,6 @@
 """A subject's own skin comes back with it; one that is broken is refused."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -119,3 +120,75 @@ def test_a_damaged_subject_is_inspected_as_far_as_it_goes(tmp_path, scanned):
     found = inspect(Source(path=path), None).figures
     assert "markers" in found["parts"]
     assert found["trap_count"] == 1
+
+
+def spoilt(path, at, value, units=""):
+    with edited(path) as file:
+        del file[at]
+        file[at] = value
+        file[at].attrs["units"] = units
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (
+            lambda p: spoilt(p, "skeleton/bones", [f"b{n}" for n in range(20_000)]),
+            "not 20000",
+        ),
+        (
+            lambda p: spoilt(p, "skeleton/hinges", [f"h{n}" for n in range(20_000)]),
+            "shape",
+        ),
+        (lambda p: spoilt(p, "markers/labels", ["x" * 10**6] * 8), "1000000 char"),
+        (lambda p: spoilt(p, "skeleton/bones", ["x" * 10**6] * 16), "1000000 char"),
+        (lambda p: scaled(p, 0.0), "scale should be a number above 0, not 0"),
+        (lambda p: scaled(p, np.nan), "scale should be a number above 0, not nan"),
+        (lambda p: scaled(p, -1.0), "scale should be a number above 0, not -1"),
+        (lambda p: scaled(p, np.inf), "scale should be a number above 0, not inf"),
+    ],
+)
+def test_a_subject_of_impossible_size_is_refused_in_little_memory(
+    tmp_path, spoil, message
+):
+    path = tmp_path / "s.h5"
+    write_subject(path, template_subject(load_marker_set("schroeder8"), "right"))
+    spoil(path)
+    tracemalloc.start()
+    with pytest.raises(FileError, match=message) as caught:
+        read_subject(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 5e7 + 20 * path.stat().st_size
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 500
+
+
+def scaled(path, scale):
+    with edited(path) as file:
+        file["skeleton"].attrs["scale"] = scale
+
+
+def test_a_whole_tree_of_20_000_bones_is_refused_at_once(tmp_path):
+    count = 20_000
+    tree = {
+        "bones": [f"b{n}" for n in range(count)],
+        "joints": [f"j{n}" for n in range(count)],
+        "parents": Array(np.arange(-1, count - 1)),
+        "offsets": Array(np.zeros((count, 3)), "m"),
+        "hinges": [],
+        "hinge_bone": Array(np.zeros(0, dtype=np.int64)),
+        "axes": Array(np.zeros((0, 3))),
+        "limits": Array(np.zeros((0, 2)), "rad"),
+    }
+    part = Part({"kind": "rigid", "side": ""}, tree)
+    write_h5(tmp_path / "s.h5", FORMAT, Part({}, {"skeleton": part}))
+    with pytest.raises(FileError, match="20000 bones and 0 hinges, but 1000"):
+        read_subject(tmp_path / "s.h5")
+    bones = '[[bone]]\nname = "b0"\n' + "".join(
+        f'[[bone]]\nname = "b{n}"\nparent = "b{n - 1}"\noffset = [0, 1, 0]\n'
+        for n in range(1, count)
+    )
+    (tmp_path / "s.toml").write_text(bones)
+    with pytest.raises(FileError, match="20000 bones; 1000 are the most"):
+        read_subject(tmp_path / "s.toml")
