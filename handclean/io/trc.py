@@ -82,7 +82,7 @@ def read_trc(
     if beyond.row:
         numbers = (grid[:, 0] - grid[0, 0]).astype(np.int32)
         more = _without_names(beyond, numbers, len(labels), length, traps)
-        points = more if points is None else _together(points, more)
+        points = _together(points, more)
     recording = Recording(
         rate=rate,
         frames=len(values),
@@ -100,12 +100,16 @@ def _parted_by(line: bytes) -> bytes | None:
         return b"\t"
     if b";" in line:
         return b";"
-    return b"," if line.count(b",") >= len(line.split()) else None
+    words = line.split()
+    commas = line.count(b",") >= len(words) or any(w.endswith(b",") for w in words)
+    return b"," if commas and words else None
 
 
 def _header(path: Path, lines: Lines) -> dict[str, str]:
     """Read the key lines: the first three."""
     kind = re.split(rb"[\s,;]+", (lines.next() or b"").strip(), maxsplit=3)
+    if kind[0] == b'"PathFileType"':
+        raise FileError(path, "has its cells in quotes", "save it without")
     if kind[0] != b"PathFileType":
         right = "a TRC file begins with 'PathFileType'"
         raise FileError(path, "is not a TRC file", right)
@@ -181,8 +185,9 @@ def _without_names(
     blank_out(places, METRES[unit.lower()], traps)
     seen = np.isfinite(places).all(axis=1)
     row, place, places = row[seen], place[seen], places[seen]
-    most = np.bincount(row).max(initial=0)
-    traps.append(f"{len(row)} points, up to {most} in a row, are without a name")
+    if len(row):
+        most = np.bincount(row).max()
+        traps.append(f"{len(row)} points, up to {most} in a row, are without a name")
     return Points(
         frame=frames[row],
         source=(named + place).astype(np.int32),
@@ -190,7 +195,10 @@ def _without_names(
     )
 
 
-def _together(one: Points, other: Points) -> Points:
+def _together(one: Points | None, other: Points) -> Points | None:
+    """Return both by frame."""
+    if one is None or not len(other.frame):
+        return other if len(other.frame) else one
     frame = np.concatenate([one.frame, other.frame])
     order = np.argsort(frame, kind="stable")
     return Points(

@@ -17,7 +17,7 @@ def trc(rows, names=("A", "B"), part="\t", count=None, end="\n"):
     """Bytes of a TRC file at 100 Hz, in millimetres, its rows given as texts."""
     count = len(names) if count is None else count
     values = ["100.00", "100.00", len(rows), count, "mm", "100.00", 1]
-    blank = "" if part == " " else part
+    blank = "" if part == " " else part.strip(" ")
     axes = part.join(f"{a}{m + 1}" for m in range(len(names)) for a in "XYZ")
     head = [
         part.join(["PathFileType", "4", "(X/Y/Z)", "x.trc"]),
@@ -71,6 +71,12 @@ def test_cells_beyond_the_names_are_points_without_a_name(tmp_path):
     np.testing.assert_allclose(take.unlabelled.positions[0], [7e-3, 8e-3, 9e-3])
 
 
+def test_where_nothing_is_there_no_points_are_told_of(tmp_path):
+    reading = read(tmp_path, trc([row(1, *ONE, *TWO, 0, 0, 0)]))
+    assert reading.recording.unlabelled is None
+    assert reading.traps == ("1 samples at (0, 0, 0) count as missing",)
+
+
 def test_columns_and_cells_without_a_name_come_together_by_frame(tmp_path):
     rows = [row(1, *ONE, *TWO, *THREE), row(2, *ONE, *TWO, *THREE)]
     take = read(tmp_path, trc(rows, names=("A", "U_7"))).recording
@@ -121,10 +127,10 @@ def test_a_last_row_without_its_line_end_is_taken_for_cut(tmp_path):
     assert read(tmp_path, content + b"\n").recording.frames == 2
 
 
-@pytest.mark.parametrize("part", [" ", "   ", ",", ";"])
+@pytest.mark.parametrize("part", [" ", "   ", ",", ";", ", "])
 def test_blanks_commas_and_semicolons_may_part_the_cells(part, tmp_path):
     rows = [row(1, *ONE, *TWO, part=part), row(2, *ONE, *["nan"] * 3, part=part)]
-    take = read(tmp_path, trc(rows, part=part[:1])).recording
+    take = read(tmp_path, trc(rows, part=part if part.strip() else " ")).recording
     assert take.markers.labels == ("A", "B")
     assert take.markers.origin.tolist() == [[1, 1], [1, 0]]
 

@@ -177,6 +177,7 @@ def test_chunks_and_formats_of_readings_make_no_difference(
     assert apply(three, folder / "motion_in.h5", calibration, small).status == "done"
     first = files.read(one)
     assert first.markers.labels[1] == "index_tip"
+    assert first.start_time == pytest.approx(take.times[0], abs=1e-6)
     for other, close in ((files.read(two), 1e-12), (files.read(three), 2e-5)):
         for name in ("angles", "angles_sigma", "trusted"):  # CSV has microseconds
             np.testing.assert_allclose(

@@ -198,7 +198,11 @@ def _outcome(
         labels = fingertips(tree).labels
         tips = (labels, arrays["tips"].reshape(frames, 5, 3))
     take = Recording(
-        rate=float(rate), frames=frames, up_axis="+z", skeletons={name: tree}
+        rate=float(rate),
+        frames=frames,
+        start_time=tally.first,
+        up_axis="+z",
+        skeletons={name: tree},
     )
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
