@@ -21,13 +21,14 @@ READ = {
     ("io/reading.py", "numbers[row]"),
     ("io/reading.py", "numbers[row - 1]"),
     ("io/session.py", "first"),
+    ("io/vendors.py", "first"),
 }
 """Numbers that were read as they are from a file's own column or header."""
 
 COUNTING = {
     "recording.py",
     "io/c3d_events.py",  # [s] before the first frame
-    "io/tables.py",  # a column of numbers
+    "io/csv_write.py",  # a column of numbers
     "report/metrics.py",  # where numbers of two takes overlap
 }
 """Modules that add to or subtract from a first frame's number."""
