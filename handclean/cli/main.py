@@ -6,6 +6,7 @@ Commands are imported when they are called, so that ``handclean --help`` is inst
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
@@ -17,7 +18,7 @@ from click.shell_completion import CompletionItem
 from handclean import __version__
 from handclean.cli import completion
 from handclean.errors import HandcleanError, UnknownSettingError
-from handclean.pipeline import interrupts
+from handclean.pipeline import interrupts, terminal
 from handclean.pipeline.interrupts import Interrupted
 
 COMMANDS = {
@@ -131,13 +132,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     for name in THREADS:
         os.environ[name] = "1"  # before numpy; inputs run side by side instead
+    terminal.open_closed()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     if completion.asked():
         return completion.answer(cli)
     try:
-        with interrupts.raising():
+        with interrupts.raising(), warnings.catch_warnings():
+            terminal.hush()
             status = _run(arguments)
             sys.stdout.flush()
             return status
@@ -148,7 +151,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 128 + 13  # like SIGPIPE
     except Exception as error:
         if "-v" in arguments or "--verbose" in arguments:
-            traceback.print_exc()
+            sys.stderr.write(terminal.safe(traceback.format_exc()))
         kind = type(error).__name__
         return _tell(f"handclean: internal error, please report it: {kind}: {error}", 1)
 
@@ -180,7 +183,7 @@ def _run(arguments: list[str]) -> int:
 def _tell(text: str, status: int) -> int:
     """Write one line to stderr, should anybody still listen."""
     try:
-        sys.stderr.write(" ".join(text.split()) + "\n")
+        sys.stderr.write(terminal.line(text) + "\n")
         sys.stderr.flush()
     except OSError:
         _let_go(sys.stderr)

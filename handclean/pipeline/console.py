@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, TextIO
 
+from handclean.pipeline import terminal
 from handclean.pipeline.batch import Batch, Report, Task
 
 
@@ -39,16 +40,17 @@ class Console:
             told = _readable(_object(task, report))
             self._result(json.dumps(told, allow_nan=False))
         elif report.status != "failed":
-            self._result(_line(task, report))
+            self._result(terminal.safe(_line(task, report)))
             if report.details and not self._quiet:
-                self._result(report.details)
+                self._result(terminal.safe(report.details))
         if not self._quiet:
             for warning in report.warnings:
                 self.note(f"{where}: warning: {warning}")
         if report.status == "failed":
             self.note(report.error)
         if self._verbose and report.trace:
-            self.note(report.trace.rstrip())
+            for text in report.trace.splitlines():
+                self._note(terminal.safe(text))
         if self._verbose:
             self.note(f"{where}: {report.status} in {report.seconds:.3f} s")
         for text in unmet:
@@ -56,6 +58,9 @@ class Console:
 
     def note(self, text: str) -> None:
         """Write a line to stderr, clear of the progress."""
+        self._note(terminal.line(text))
+
+    def _note(self, text: str) -> None:
         clear = "\r\033[K" if self._moving else ""
         self._write(sys.stderr, clear + text)
 
@@ -79,8 +84,12 @@ class Console:
         self._write(sys.stdout, text)
 
     def _write(self, stream: TextIO, text: str, end: str = "\n") -> None:
-        stream.write(text + end)
-        stream.flush()
+        try:
+            stream.write(text + end)
+            stream.flush()
+        except OSError as error:
+            name = "stdout" if stream is sys.stdout else "stderr"
+            raise OSError(error.errno, error.strerror or str(error), name) from None
 
 
 def _about(task: Task) -> str:

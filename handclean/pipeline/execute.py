@@ -14,7 +14,7 @@ import threadpoolctl
 
 from handclean.errors import TAKE, FileError, HandcleanError, TakeNumber
 from handclean.io import h5_child
-from handclean.pipeline import interrupts, outputs, record, require
+from handclean.pipeline import interrupts, outputs, record, require, terminal
 from handclean.pipeline.batch import Report, Source, Task, Work
 from handclean.pipeline.needs import SUBJECT
 from handclean.pipeline.notice import Notice, silent, watching
@@ -87,7 +87,8 @@ def _inputs(task: Task) -> list[Path]:
 
 
 def _failed(error: str, **parts: Any) -> Report:
-    return Report(status="failed", error=" ".join(error.split()), **parts)
+    text = terminal.shortened(" ".join(error.split()))
+    return Report(status="failed", error=text, **parts)
 
 
 def _do(work: Work, task: Task, notice: Notice) -> Report:

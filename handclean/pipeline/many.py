@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 from handclean.errors import UsageError
-from handclean.pipeline import failed, manifest, needs, plan, require, staging
+from handclean.pipeline import failed, manifest, needs, plan, require, staging, terminal
 from handclean.pipeline.batch import Batch, Report, Task, Work
 from handclean.pipeline.console import Console
 from handclean.pipeline.execute import execute, figures_of
@@ -69,7 +69,7 @@ def run_tasks(
 ) -> int:
     """Run planned tasks; ``lines`` are what they came from, for ``--failed``."""
     if not tasks and not batch.quiet:
-        sys.stderr.write(_nothing(batch))
+        sys.stderr.write(terminal.line(_nothing(batch)) + "\n")
     known = figures_of(work) if batch.require else {}
     conditions = [require.parse(text, known) for text in batch.require]
     failed.expect_free(batch, tasks)
@@ -103,8 +103,8 @@ def _nothing(batch: Batch) -> str:
     """Say that nothing is to be done; no mistake, as ``--failed`` may list nothing."""
     where = "stdin" if batch.manifest == "-" else batch.manifest or "inputs"
     if batch.shard:
-        return f"{where}: none is left for shard {batch.shard}\n"
-    return f"{where}: the manifest lists no takes\n"
+        return f"{where}: none is left for shard {batch.shard}"
+    return f"{where}: the manifest lists no takes"
 
 
 def _check_hands(work: Work, batch: Batch, tasks: Sequence[Task]) -> None:

@@ -9,13 +9,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
+from handclean.pipeline import terminal
+
 _shown: ContextVar[bool] = ContextVar("shown", default=False)
 
 
 def tell(text: str) -> None:
     """Say what is being done now."""
     if _shown.get():
-        sys.stderr.write(f"\r\033[K{text}")
+        sys.stderr.write(f"\r\033[K{terminal.line(text)}")
         sys.stderr.flush()
 
 

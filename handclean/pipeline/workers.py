@@ -15,7 +15,7 @@ from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
-from handclean.pipeline import outputs
+from handclean.pipeline import outputs, terminal
 from handclean.pipeline.batch import Report, Task, Work
 from handclean.pipeline.execute import execute, gone
 from handclean.pipeline.interrupts import blocked, held_back
@@ -108,6 +108,7 @@ def _cause(exitcode: int) -> str:
 def _serve(pipe: Connection, work: Work, notice: Notice) -> None:
     """Do tasks until the other end closes."""
     os.dup2(2, 1)  # stdout belongs to the results
+    terminal.hush()
     while True:
         try:
             task = pipe.recv()

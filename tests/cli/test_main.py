@@ -11,6 +11,7 @@ import pytest
 from handclean import __version__
 from handclean.cli import main as frame
 from handclean.errors import UsageError
+from handclean.pipeline import record
 from handclean.pipeline.notice import COMPILING
 
 HEAVY = {"numpy", "scipy", "numba", "h5py", "c3d", "trimesh", "matplotlib"}
@@ -175,6 +176,57 @@ def test_no_error_is_a_traceback(call, monkeypatch, error, status, said):
 
     monkeypatch.setattr(frame.cli, "invoke", fail)
     assert call("warm") == (status, "", said)
+
+
+@pytest.mark.parametrize("jobs", ["-j1", "-j2"])
+@pytest.mark.parametrize("closed", [(1,), (2,), (1, 2), (0, 1, 2)], ids=str)
+def test_a_stream_that_is_closed_hinders_nothing(program, write, closed, jobs):
+    names = write(a="one", b="prints") if jobs == "-j2" else write(a="prints")
+    process = program(
+        "tally", *names, "-o", "out", jobs,
+        preexec_fn=lambda: [os.close(fd) for fd in closed],
+    )  # fmt: skip
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0
+    assert "internal" not in err
+    assert (out == "") == (1 in closed)
+    for name in names:
+        assert record.intact((Path("out") / name).with_suffix(".h5"))
+
+
+@pytest.mark.parametrize(
+    ("line", "status", "said"),
+    [
+        ("inspect --manifest -", 2, "stdin: is empty"),
+        ("--help", 0, ""),
+        ("inspect none.c3d", 1, "none.c3d: no such file"),
+    ],
+)
+def test_a_command_without_streams_fails_in_its_own_words(program, line, status, said):
+    process = program(*line.split(), preexec_fn=lambda: [os.close(0), os.close(1)])
+    out, err = process.communicate(timeout=300)
+    assert (process.returncode, out) == (status, "")
+    assert err.startswith(said)
+
+
+def test_a_full_disk_behind_stdout_is_named(program, write):
+    with open("/dev/full", "w") as full:
+        process = program(
+            "tally", *write(a="one"), "-o", "a.csv",
+            preexec_fn=lambda: os.dup2(full.fileno(), 1),
+        )  # fmt: skip
+        _, err = process.communicate(timeout=300)
+    assert (process.returncode, err) == (1, "stdout: no space left on device\n")
+
+
+def test_an_error_is_one_safe_line_of_at_most_500_characters(call):
+    status, _, err = call("convert", "\x1b[31m" + "x" * 900, "-o", "a\x1b[2J.h55")
+    assert (status, err.count("\n"), "\x1b" in err) == (2, 1, False)
+    assert err.startswith("a\\x1b[2J.h55: no format")
+    for line in (["\x1b" * 900], ["convert", "a", "--unit", "m" * 900]):
+        _, _, err = call(*line)
+        assert len(err) <= 501
+        assert "\x1b" not in err
 
 
 def test_python_m_handclean_is_handclean(handclean):

@@ -5,12 +5,16 @@ import signal
 import time
 from pathlib import Path
 
+import numpy as np
+
 from handclean.errors import TAKE, FileError, HandcleanError, Place, TakeNumber
 from handclean.io.h5 import write_h5
 from handclean.io.parts import Part
 from handclean.io.provenance import provenance_item
 from handclean.pipeline import chance, record
 from handclean.pipeline.outcome import Outcome
+
+EVIL = "\x1b]0;title\x07\u202e"
 
 FIGURES = {"words": "words of the input", "draw": "a random number", "gap": "unknown"}
 
@@ -44,8 +48,11 @@ def tally(source, settings):
         return None
 
     warnings = ("is odd",) if "odd" in words else ()
+    if words[:1] == ["evil"]:
+        warnings = (f"marker '{EVIL * 100}' is odd",)
     return Outcome(
-        line=f"{len(words)} words",
+        line=f"{len(words)} words" + EVIL * ("evil" in words),
+        details=EVIL if "evil" in words else "",
         figures=figures,
         warnings=warnings,
         writers=(write,) if settings != "print" else (),
@@ -70,6 +77,10 @@ def act(source, word="", argument="", begun=""):
         raise HandcleanError("has no rate", where=TakeNumber(1))
     if word == "appears":
         Path(argument).write_text("theirs")
+    if word == "wicked":
+        raise FileError(source.path, EVIL * 1000, "it should be right")
+    if word == "numpy":
+        np.log(np.zeros(1))
     if word == "bug":
         raise ZeroDivisionError("two\nlines")
     if word == "memory":
