@@ -10,6 +10,9 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import FileError, Place, UnknownNameError, Where
 
+_MOST = 1e300
+"""No number is larger; a whole one of TOML may be."""
+
 
 def load(
     name: str | Path, folder: Path, kind: str, table: str
@@ -107,6 +110,7 @@ def factors(where: Where, value: Any) -> dict[str, float]:
     if not isinstance(value, dict) or not value:
         raise FileError(where, f"{value!r} is no table", "give { name = factor }")
     for key, number in value.items():
-        if isinstance(number, bool) or not isinstance(number, int | float):
+        kind = isinstance(number, int | float) and not isinstance(number, bool)
+        if not (kind and abs(number) < _MOST):
             raise FileError(where, f"{key} = {number!r}", "it should be a number")
     return {key: float(number) for key, number in value.items()}

@@ -26,7 +26,7 @@ from handclean.io.rotations import (
     matrix_from_quaternion,
 )
 from handclean.io.writing import NO_TREE, held_poses, motions_of, rows, write_lines
-from handclean.recording import Recording
+from handclean.recording import Recording, only_finite
 from handclean.tree import MIRROR, JointTree
 
 _ORDER = "zxy"
@@ -179,6 +179,7 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
     FileError
         If there is no motion, or a motion has no skeleton or is missing throughout.
     """
+    recording = only_finite(recording)
     motions = motions_of(path, recording)
     several = len(motions) > 1
     hierarchy: list[str] = []

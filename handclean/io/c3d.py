@@ -61,7 +61,7 @@ from handclean.io.c3d_structure import Structure, open_c3d
 from handclean.io.c3d_write import encode_c3d, plan_writing
 from handclean.io.reading import METRES, UNLABELLED, settle_rate, settle_unit
 from handclean.io.writing import unwritable
-from handclean.recording import Event, Origin, Recording, Trajectories
+from handclean.recording import Event, Origin, Recording, Trajectories, only_finite
 
 
 def read_c3d(
@@ -137,6 +137,7 @@ def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> tuple[str,
     FileError
         If it holds no points, does not fit the format, or cannot be written.
     """
+    recording = only_finite(recording)
     if not isinstance(target, Path | str):
         writing = plan_writing(recording, "C3D")
         target.writelines(encode_c3d(writing))

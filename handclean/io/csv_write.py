@@ -13,7 +13,7 @@ from handclean.io.csv_columns import PLACE, TRUSTED, TURN, head_of
 from handclean.io.csv_header import MARK
 from handclean.io.reading import check_unique
 from handclean.io.writing import Columns, columns_of, rows, write_lines
-from handclean.recording import Recording
+from handclean.recording import Recording, only_finite
 
 
 def write_csv(path: Path, recording: Recording) -> tuple[str, ...]:
@@ -28,6 +28,7 @@ def write_csv(path: Path, recording: Recording) -> tuple[str, ...]:
     FileError
         If there is nothing to write, or two columns would have one name.
     """
+    recording = only_finite(recording)
     has_points = recording.unlabelled is not None and len(recording.unlabelled.frame)
     columns = None
     if recording.markers is not None or has_points or not recording.motions:

@@ -35,7 +35,7 @@ from handclean.hand.template import FINGERS, bone_frame, distal_length
 from handclean.hand.template_surface import template_surface
 from handclean.io.gltf_block import INDICES, VERTICES, Block, write_file
 from handclean.io.writing import NO_TREE, held_poses, motions_of, runs
-from handclean.recording import Recording
+from handclean.recording import Recording, only_finite
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
 _HALF = float(np.sqrt(0.5))
@@ -96,6 +96,7 @@ def write_glb(
     FileError
         If there is no motion, or a motion has no skeleton or is missing throughout.
     """
+    recording = only_finite(recording)
     motions = motions_of(path, recording)
     notes: list[str] = []
     hands: list[SkinnedHand] = []

@@ -26,7 +26,7 @@ from handclean.io.grid import Form, Lines, read_numbers
 from handclean.io.reading import check_unique, finite, load_text, text
 from handclean.io.rotations import euler_from_matrix, matrix_from_quaternion
 from handclean.io.writing import motions_of, rows, write_lines
-from handclean.recording import Motion, Recording
+from handclean.recording import Motion, Recording, only_finite
 
 _HEADER_LINES = 100
 
@@ -44,6 +44,7 @@ def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
         If there are no angles, no frame is whole and trusted, or a name cannot stand in
         a MOT file.
     """
+    recording = only_finite(recording)
     names, blocks = ["time"], [recording.clock[:, None]]
     motions = motions_of(path, recording)
     notes: list[str] = []

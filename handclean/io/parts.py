@@ -4,7 +4,7 @@ A part is a group: small facts as attributes, and below it arrays with their uni
 texts, plain values and further parts. `handclean.io.h5` puts parts into files.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -169,6 +169,35 @@ class Part:
         if isinstance(found, str) or found is None:
             raise self.fail(f"has no number '{name}' in its attributes")
         return found
+
+
+def expect_finite(part: Part, unknown: Collection[str] = ()) -> None:
+    """Expect finite numbers in a part and all parts in it.
+
+    Parameters
+    ----------
+    unknown : names of arrays whose numbers may be NaN, not known.
+
+    Raises
+    ------
+    FileError
+        If one is not; it names the array, and the first row that is wrong.
+    """
+    right = "all its numbers should be finite"
+    for name, fact in part.attrs.items():
+        if isinstance(fact, float) and not np.isfinite(fact):
+            raise part.fail(f"{name} is {fact}", right)
+    for name, item in part.items.items():
+        if isinstance(item, Part):
+            expect_finite(item, unknown)
+        elif isinstance(item, Array) and item.values.dtype.kind == "f":
+            bad = np.isinf(item.values)
+            if name not in unknown:
+                bad |= np.isnan(item.values)
+            if bad.any():
+                at = tuple(int(i) for i in np.argwhere(bad)[0])
+                row = f" in row {at[0] + 1}" if at else ""
+                raise part.fail(f"{name} holds {item.values[at]:g}{row}", right)
 
 
 def tree_part(tree: JointTree) -> Part:

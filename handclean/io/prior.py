@@ -8,7 +8,7 @@ import numpy as np
 
 from handclean.ik.prior import PosturePrior
 from handclean.io.h5 import read_h5, write_h5
-from handclean.io.parts import Array, Part
+from handclean.io.parts import Array, Part, expect_finite
 from handclean.io.provenance import provenance_item
 
 FORMAT = "handclean posture prior"
@@ -41,10 +41,11 @@ def read_prior(path: Path = SHIPPED) -> PosturePrior:
         If the file is not one.
     """
     part = read_h5(path, FORMAT, shipped=path == SHIPPED)
+    expect_finite(part)
     names = part.names("names")
     deviations = part.array("deviations", "rad", np.float64, None)
     hinges, directions = len(names), len(deviations)
-    prior = PosturePrior(
+    return PosturePrior(
         names=names,
         mean=part.array("mean", "rad", np.float64, hinges),
         components=part.array("components", "", np.float64, hinges, directions),
@@ -52,7 +53,3 @@ def read_prior(path: Path = SHIPPED) -> PosturePrior:
         variance_share=part.array("variance_share", "", np.float64, directions),
         source=part.text("source", ""),
     )
-    for array in (prior.mean, prior.components, prior.deviations):
-        if not np.isfinite(array).all():
-            raise part.fail("mean, components and deviations should be finite")
-    return prior

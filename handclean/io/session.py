@@ -28,6 +28,7 @@ from handclean.recording import (
     Recording,
     SourceEvent,
     Trajectories,
+    only_finite,
 )
 
 FORMAT = "handclean session"
@@ -55,6 +56,7 @@ def write_session(path: Path, recording: Recording) -> None:
     FileError
         If it cannot be written, or ``parameters`` hold what no file can.
     """
+    recording = only_finite(recording)
     write_h5(path, FORMAT, _session_part(recording), version=VERSION)
 
 

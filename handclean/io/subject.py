@@ -19,7 +19,7 @@ from handclean.hand.subject import Subject
 from handclean.hand.surface import MOST_BONES, Surface
 from handclean.hand.template import HAND_LENGTH
 from handclean.io.h5 import read_h5, write_h5
-from handclean.io.parts import Array, Fact, Part, tree_from, tree_part
+from handclean.io.parts import Array, Fact, Part, expect_finite, tree_from, tree_part
 from handclean.io.provenance import provenance_from, provenance_item
 
 FORMAT = "handclean subject"
@@ -73,6 +73,7 @@ def read_subject(path: Path) -> Subject:
         found = load_skeleton(path)
         return replace(found, name=found.name or _called(path))
     part = read_h5(path, FORMAT)
+    expect_finite(part, unknown=("sigma", "values"))
     tree = tree_from(part.part("skeleton"))
     markers = part.part("markers")
     labels = markers.names("labels")
@@ -81,8 +82,6 @@ def read_subject(path: Path) -> Subject:
     at = markers.array("at", "m", np.float64, count, 3)
     if count and (bone.min() < 0 or bone.max() >= len(tree.bones)):
         raise markers.fail(f"bone should be 0 to {len(tree.bones) - 1}")
-    if not np.isfinite(at).all():
-        raise markers.fail("at should be finite numbers")
     if len(set(labels)) != count:
         raise markers.fail("labels should be unique")
     errors = part.part("errors")

@@ -19,7 +19,7 @@ import numpy as np
 from handclean.errors import FileError
 from handclean.io.trc import OWN
 from handclean.io.writing import Columns, columns_of, rows, write_lines
-from handclean.recording import Recording
+from handclean.recording import Recording, only_finite
 
 _KEYS = (
     "DataRate",
@@ -53,6 +53,7 @@ def write_trc(
     FileError
         If there are no markers, or a name is blank.
     """
+    recording = only_finite(recording)
     notes: list[str] = []
     points = recording.unlabelled
     if not unnamed and points is not None and len(points.frame):

@@ -18,7 +18,7 @@ from handclean.hand.template import template
 from handclean.io.glove import ReadingsFile, facts_of, open_readings
 from handclean.io.glove_inspect import is_readings
 from handclean.io.h5 import read_h5, write_h5
-from handclean.io.parts import Array, Fact, Part
+from handclean.io.parts import Array, Fact, Part, expect_finite
 from handclean.io.provenance import provenance_item
 from handclean.io.subject import read_subject
 from handclean.pipeline.batch import Source
@@ -61,6 +61,7 @@ def read_samples(path: Path) -> tuple[Samples, Glove]:
         If the file is not one.
     """
     part = _part(path, SAMPLES, "'calibrate-glove sample' makes samples of readings")
+    expect_finite(part, unknown=("readings", "targets"))
     glove = glove_from_text(path, _definition(part))
     sensors, rotations = part.names("sensors"), part.names("rotations")
     readings = part.array("readings", "", np.float64, None, len(sensors))
@@ -153,6 +154,7 @@ def read_calibration(path: Path) -> Calibration:
         If the file is not one.
     """
     part = _part(path, CALIBRATION, "'calibrate-glove fit' makes one of samples")
+    expect_finite(part, unknown=("low", "high"))
     glove = glove_from_text(path, _definition(part))
     measured = {row.rotation: row for row in glove.measured}
     fits = []
@@ -183,6 +185,10 @@ def read_calibration(path: Path) -> Calibration:
         raise part.fail("has no model of any rotation")
     order = list(measured)
     count = len(glove.sensors)
+    used = sorted({glove.sensors.index(name) for fit in fits for name in fit.sensors})
+    for name in ("low", "high"):
+        if not np.isfinite(part.array(name, "", np.float64, count)[used]).all():
+            raise part.fail(f"{name} is not known of every sensor that is used")
     wearing = None
     if "wearing" in part.items:
         worn = part.part("wearing")

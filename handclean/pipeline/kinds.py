@@ -100,7 +100,8 @@ def _toml(path: Path) -> str:
     ):
         if key in found:
             return kind
-    if found and all(isinstance(value, list) for value in found.values()):
+    places = [value for key, value in found.items() if key != "unit"]
+    if places and all(isinstance(value, list) for value in places):
         return "list of landmarks"
     return "TOML file of another kind" if found else ""
 

@@ -111,7 +111,7 @@ def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
         angles, sigma = to_hinges(glove, tree.hinges, mean, variance)
         trusted = sure(calibration, variance, np.radians(settings.apply.max_sigma_deg))
         good = checks.usable(glove, readings)
-        trusted &= good & ~far
+        trusted &= good & ~far & np.isfinite(angles).all(axis=1)
         tally.add(variance, trusted, good, settings.apply.max_sigma_deg)
         scratch.add(
             angles=angles, sigma=sigma, trusted=trusted[:, None].astype(np.float64)
