@@ -45,6 +45,7 @@ def peer_hand():
     if not path.is_file():
         return None
     sys.dont_write_bytecode = True
+    os.environ["PEERS"] = str(ENVIRONMENTS.resolve())  # where it keeps its data
     spec = importlib.util.spec_from_file_location("hand", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
