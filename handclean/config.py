@@ -14,13 +14,13 @@ import dataclasses
 import json
 import math
 import textwrap
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
-from handclean.errors import Place, UnknownSettingError, UsageError, Where
+from handclean.errors import FileError, Place, UnknownSettingError, UsageError, Where
+from handclean.toml import read_toml
 
 S = TypeVar("S")
 
@@ -180,17 +180,9 @@ def read(path: Path) -> dict[str, dict[str, Any]]:
         If it cannot be read, is not TOML, or has keys outside any table.
     """
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise UsageError(
-            f"{(error.strerror or str(error)).lower()}", where=path
-        ) from None
-    except UnicodeDecodeError:
-        raise UsageError(
-            "is not text; it should be TOML in UTF-8", where=path
-        ) from None
-    except tomllib.TOMLDecodeError as error:
-        raise UsageError(f"is not valid TOML: {error}", where=path) from None
+        document = read_toml(path, "is not valid TOML")
+    except FileError as error:
+        raise UsageError.of(error) from None
     for name, part in document.items():
         if not isinstance(part, dict):
             raise UsageError(

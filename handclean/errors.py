@@ -50,6 +50,12 @@ class TakeNumber:
 Where = Path | Place | TakeNumber | str
 """A file, a part of one, or the option or thing that something is wrong with."""
 
+_LONGEST = 100
+"""Characters of a name that a message shows."""
+
+_MOST = 200
+"""Names that one is compared with."""
+
 
 class HandcleanError(Exception):
     """Something in the input that its owner can mend; printed on one line.
@@ -171,11 +177,13 @@ class UnknownNameError(HandcleanError):
         name: str,
         known: Collection[str],
     ) -> None:
-        close = get_close_matches(name, known, n=2)
+        name = str(name)[:_LONGEST]
+        some = sorted(known)[:_MOST]
+        close = get_close_matches(name, some, n=2)
         if close:
             hint = f"did you mean {' or '.join(close)}?"
         elif known:
-            hint = f"known: {', '.join(sorted(known))}"
+            hint = f"known: {', '.join(some)}{', ...' * (len(known) > _MOST)}"
         else:
             hint = "there are none"
         super().__init__(f"no {kind} is called '{name}'; {hint}", where=where)

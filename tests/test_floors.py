@@ -7,6 +7,7 @@ import pytest
 
 FLOORS = [
     {"errors"},
+    {"toml"},
     {"arrays", "config"},
     {"kernels"},
     {"numerics"},

@@ -1,6 +1,5 @@
 """What the glove's TOML files share: finding them, and saying what is wrong in them."""
 
-import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError, Place, UnknownNameError, Where
+from handclean.toml import expect_few, parse_toml, read_toml
 
 _MOST = 1e300
 """No number is larger; a whole one of TOML may be."""
@@ -30,16 +30,7 @@ def load(
         if not path.is_file():
             known = sorted(p.stem for p in folder.glob("*.toml"))
             raise UnknownNameError(kind, kind, str(name), known)
-    return path, parse(path, _read(path, kind), kind, table)
-
-
-def _read(path: Path, kind: str) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise FileError(path, "no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(path, f"not a {kind}: {error}".splitlines()[0]) from None
+    return path, _with(path, read_toml(path, f"not a {kind}"), kind, table)
 
 
 def parse(path: Path, content: str, kind: str, table: str) -> dict[str, Any]:
@@ -50,10 +41,11 @@ def parse(path: Path, content: str, kind: str, table: str) -> dict[str, Any]:
     FileError
         If it is no TOML or has none.
     """
-    try:
-        found = tomllib.loads(content)
-    except tomllib.TOMLDecodeError as error:
-        raise FileError(path, f"not a {kind}: {error}".splitlines()[0]) from None
+    return _with(path, parse_toml(path, content, f"not a {kind}"), kind, table)
+
+
+def _with(path: Path, found: dict[str, Any], kind: str, table: str) -> dict[str, Any]:
+    """Expect [[table]]s."""
     if table and not found.get(table):
         raise FileError(path, f"no [[{table}]]", f"a {kind} has at least one")
     return found
@@ -72,7 +64,8 @@ def tables(
     """Return the [[name]] tables, their keys checked."""
     rows = content.get(name)
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise FileError(path, f"{name} is {rows!r}", f"write [[{name}]] tables")
+        raise FileError(path, f"{name} is {rows!r:.60}", f"write [[{name}]] tables")
+    expect_few(path, name, rows)
     for row in rows:
         check_keys(Place(path, f" [[{name}]]"), row, known)
     return rows
@@ -82,7 +75,7 @@ def text(where: Where, key: str, row: Mapping[str, Any]) -> str:
     """Return a text that is not empty."""
     value = row.get(key)
     if not isinstance(value, str) or not value:
-        raise FileError(where, f"{key} is {value!r}", f'give {key} = "..."')
+        raise FileError(where, f"{key} is {value!r:.60}", f'give {key} = "..."')
     return value
 
 
@@ -90,7 +83,7 @@ def texts(where: Where, key: str, row: Mapping[str, Any]) -> tuple[str, ...]:
     """Return a list of texts, empty if it is not there."""
     value = row.get(key, [])
     if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
-        raise FileError(where, f"{key} is {value!r}", f'give {key} = ["...", ...]')
+        raise FileError(where, f"{key} is {value!r:.60}", f'give {key} = ["...", ...]')
     return tuple(value)
 
 
@@ -101,16 +94,16 @@ def numbers(where: Where, key: str, value: Any, count: int) -> Floats:
     except (TypeError, ValueError):
         found = np.zeros(0)
     if found.shape != (count,) or not np.isfinite(found).all():
-        raise FileError(where, f"{key} is {value!r}", f"give {count} numbers")
+        raise FileError(where, f"{key} is {value!r:.60}", f"give {count} numbers")
     return found
 
 
 def factors(where: Where, value: Any) -> dict[str, float]:
     """Return a table of numbers by name."""
     if not isinstance(value, dict) or not value:
-        raise FileError(where, f"{value!r} is no table", "give { name = factor }")
+        raise FileError(where, f"{value!r:.60} is no table", "give { name = factor }")
     for key, number in value.items():
         kind = isinstance(number, int | float) and not isinstance(number, bool)
         if not (kind and abs(number) < _MOST):
-            raise FileError(where, f"{key} = {number!r}", "it should be a number")
+            raise FileError(where, f"{key} = {number!r:.60}", "it should be a number")
     return {key: float(number) for key, number in value.items()}

@@ -9,7 +9,7 @@ place; it then sits there, on the bone that moves the vertex most, or ``lift``
 millimetres out of the skin.
 """
 
-import tomllib
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from handclean.hand.model import Model
 from handclean.hand.surface import rest_joints, vertex_normals
 from handclean.hand.template import bone_frame, bone_places, template
 from handclean.hand.template_surface import shipped_skin
+from handclean.toml import expect_few, read_toml
 from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[1] / "data" / "marker_sets"
@@ -102,13 +103,8 @@ def load_marker_set(name: str | Path) -> MarkerSet:
         if str(name) not in shipped():
             raise UnknownNameError("--marker-set", "marker set", str(name), shipped())
         path = SHIPPED / f"{name}.toml"
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise FileError(path, "no such file", "give a shipped name or a file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise FileError(path, f"not a marker set: {error}".splitlines()[0]) from None
-    return _from_toml(path, content)
+    right = "give a shipped name or a file"
+    return _from_toml(path, read_toml(path, "not a marker set", right))
 
 
 def _from_toml(path: Path, content: dict[str, Any]) -> MarkerSet:
@@ -124,11 +120,12 @@ def _from_toml(path: Path, content: dict[str, Any]) -> MarkerSet:
     rows = content.get("marker", [])
     if not isinstance(rows, list) or not rows:
         raise FileError(path, "no [[marker]]", "list at least one marker")
+    expect_few(path, "marker", rows)
     default = {"bone": "root"} if kind == "rigid" else {}
     rows = [_marker(path, number, {**default, **row}) for number, row in _tables(rows)]
     labels = [row[0] for row in rows]
-    for label in labels:
-        if labels.count(label) > 1:
+    for label, count in Counter(labels).items():
+        if count > 1:
             raise FileError(path, f"label '{label}' twice", "labels should be unique")
     bones = tuple(row[1] for row in rows)
     if kind == "hand":

@@ -26,7 +26,6 @@ In the zero posture all bones' frames are parallel to the root's. A rigid object
 only one bone.
 """
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -43,7 +42,11 @@ from handclean.errors import (
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
+from handclean.toml import expect_few, read_toml
 from handclean.tree import LONGEST_NAME, MIRROR, MOST_BONES, JointTree
+
+_MOST = 1e6
+"""No number of a tree is larger; as millimetres that is a kilometre."""
 
 _KEYS = {
     "": {"name", "kind", "side", "bone", "marker"},
@@ -108,12 +111,7 @@ def load_skeleton(path: Path | str) -> Subject:
         If the file is not such a tree.
     """
     path = Path(path)
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise FileError(path, "no such file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise FileError(path, f"not a skeleton: {error}".splitlines()[0]) from None
+    content = read_toml(path, "not a skeleton")
     _check_keys(path, "", content)
     bones = _tables(path, "bone", content.get("bone"))
     if not bones:
@@ -202,7 +200,8 @@ def _check_keys(path: Path, table: str, row: dict[str, Any]) -> None:
 def _tables(path: Path, name: str, found: Any) -> list[dict[str, Any]]:
     rows = [] if found is None else found
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise FileError(path, f"{name} is {found!r}", f"write [[{name}]] tables")
+        raise FileError(path, f"{name} is {found!r:.60}", f"write [[{name}]] tables")
+    expect_few(path, name, rows)
     for row in rows:
         _check_keys(path, name, row)
     return rows
@@ -211,7 +210,7 @@ def _tables(path: Path, name: str, found: Any) -> list[dict[str, Any]]:
 def _text(path: Path, key: str, row: dict[str, Any]) -> str:
     value = row.get(key)
     if not isinstance(value, str) or not value:
-        raise FileError(path, f"{key} is {value!r}", f"give {key} = '...'")
+        raise FileError(path, f"{key} is {value!r:.60}", f"give {key} = '...'")
     if len(value) > LONGEST_NAME:
         wrong = f"a {key} has {len(value)} characters"
         raise FileError(path, wrong, f"{LONGEST_NAME} are the most")
@@ -223,6 +222,6 @@ def _numbers(path: Path, key: str, value: Any, count: int) -> np.ndarray[Any, An
         found = np.array(value, dtype=float)
     except (TypeError, ValueError):
         found = np.zeros(0)
-    if found.shape != (count,) or not np.isfinite(found).all():
-        raise FileError(path, f"{key} is {value!r}", f"give {count} numbers")
+    if found.shape != (count,) or not (np.abs(found) <= _MOST).all():
+        raise FileError(path, f"{key} is {value!r:.60}", f"give {count} numbers")
     return found

@@ -9,7 +9,6 @@ the hinge angles are what went in (`handclean.io.bvh_own`). What a map says of s
 hands besides is read by `handclean.io.skinned_map`.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError, UnknownNameError
+from handclean.toml import read_toml
 from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[1] / "data" / "joint_maps"
@@ -66,10 +66,7 @@ def load_joint_map(path: Path) -> JointMap:
     UnknownNameError
         If it holds a key that means nothing.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise FileError(path, f"not a joint map: {error}".splitlines()[0]) from None
+    content = read_toml(path, "not a joint map")
     for key in content:
         if key not in _KEYS | SKINNED_KEYS:
             raise UnknownNameError(path, "key", key, _KEYS | SKINNED_KEYS)
@@ -107,7 +104,7 @@ def _bones(path: Path, bones: Any) -> dict[str, str]:
         raise FileError(path, "no [bones]", "say which joint is at each bone's root")
     for bone, joint in bones.items():
         if not isinstance(joint, str):
-            raise FileError(path, f"bone {bone}: {joint!r} is no joint's name")
+            raise FileError(path, f"bone {bone}: {joint!r:.60} is no joint's name")
     return dict(bones)
 
 

@@ -3,7 +3,6 @@
 Their unit is the scan's, unless the file says another: ``unit = "mm"``.
 """
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import FileError
 from handclean.io.reading import METRES, in_metres
+from handclean.toml import read_toml
 
 
 def read_landmarks(path: Path, unit: str) -> dict[str, Floats]:
@@ -31,16 +31,10 @@ def read_landmarks(path: Path, unit: str) -> dict[str, Floats]:
     FileError
         If it is not such a file.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise FileError(path, "no such file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = str(error).splitlines()[0]
-        raise FileError(path, f"not landmarks: {reason}") from None
+    content = read_toml(path, "not landmarks")
     stated = content.pop("unit", unit)
     if not isinstance(stated, str) or stated.lower() not in METRES:
-        raise FileError(path, f"the unit is {stated!r}", "it should be mm, cm or m")
+        raise FileError(path, f"the unit is {stated!r:.60}", "it should be mm, cm or m")
     if not content:
         raise FileError(path, "has no landmarks", "write name = [x, y, z]")
     return {
@@ -55,7 +49,7 @@ def _place(path: Path, name: str, value: Any) -> Floats:
         place: Floats = np.array(value, dtype=np.float64)
         if np.isfinite(place).all():
             return place
-    raise FileError(path, f"{name} is {value!r}", "a landmark is three numbers")
+    raise FileError(path, f"{name} is {value!r:.60}", "a landmark is three numbers")
 
 
 def write_landmarks(path: Path, landmarks: Mapping[str, Floats]) -> None:

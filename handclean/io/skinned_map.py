@@ -10,7 +10,6 @@
     nowhere moves with the bone of the nearest joint above it.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +21,7 @@ from handclean.arrays import Floats
 from handclean.errors import FileError, UnknownNameError, UsageError
 from handclean.hand.template import FINGERS, template
 from handclean.io.joint_map import SHIPPED, JointMap, load_joint_map
+from handclean.toml import read_toml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +63,7 @@ def load_skinned_map(name: str) -> SkinnedMap:
             )
         path = SHIPPED / f"{name}.toml"
     bones = load_joint_map(path)
-    content = tomllib.loads(path.read_text(encoding="utf-8"))
+    content = read_toml(path, "not a joint map")
     if bones.left_handed:
         raise FileError(path, "left_handed is true", "glTF's axes are right-handed")
     ours = template("left").bones
