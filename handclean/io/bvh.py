@@ -6,8 +6,9 @@ length. We write centimetres, the frames of all joints parallel in the zero post
 (the hand's x, y, z axes), the joints named as in the joint tree.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 
@@ -69,8 +70,17 @@ class BvhMotion:
         """Number of frames."""
         return len(self.turns)
 
+    @cached_property
+    def index(self) -> Mapping[str, int]:
+        """Which joint has a name."""
+        return {name: joint for joint, name in enumerate(self.names)}
+
     def forward(self) -> tuple[Floats, Floats]:
         """Return where the joints are: (T, J, 3) and (T, J, 3, 3) to the laboratory."""
+        return self._laboratory
+
+    @cached_property
+    def _laboratory(self) -> tuple[Floats, Floats]:
         places, turns = self.places.copy(), self.turns.copy()
         for j, up in enumerate(self.parents):
             if up >= 0:

@@ -315,9 +315,9 @@ def _joints(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> dict[int, i
         if bone not in joint_map.bones:
             continue
         name = joint_map.bones[bone]
-        if name not in bvh.names:
+        if name not in bvh.index:
             raise FileError(where, f"the file has no joint '{name}'")
-        at[b] = bvh.names.index(name)
+        at[b] = bvh.index[name]
         up = at[int(tree.parents[b])] if b else -1
         joint = at[b]
         while b and joint >= 0 and joint != up:

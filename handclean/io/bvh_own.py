@@ -78,7 +78,7 @@ def heads_of(bvh: BvhMotion, joint_map: JointMap) -> list[str]:
     root = joint_map.bones["hand"]
     heads = [name.removesuffix(root) for name in bvh.names if name.endswith(root)]
     joints = joint_map.bones.values()
-    return [h for h in heads if all(h + joint in bvh.names for joint in joints)]
+    return [h for h in heads if all(h + joint in bvh.index for joint in joints)]
 
 
 def own_hands(bvh: BvhMotion, joint_map: JointMap) -> list[OwnMotion]:
@@ -142,10 +142,10 @@ def _motion(
 
 def _own_hand(bvh: BvhMotion, joint_map: JointMap, head: str) -> OwnMotion | None:
     left = template("left", forearm=True)
-    if head + left.joints[-1] not in bvh.names:
+    if head + left.joints[-1] not in bvh.index:
         left = template("left")
     at = [
-        bvh.names.index(head + joint_map.bones.get(bone, joint))
+        bvh.index[head + joint_map.bones.get(bone, joint)]
         for bone, joint in zip(left.bones, left.joints, strict=True)
     ]
     if any(bvh.parents[at[b]] != at[left.parents[b]] for b in range(1, len(at))):

@@ -11,7 +11,7 @@ https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 
 import json
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,15 @@ _HARMLESS = {
 
 _MOST_NODES = 20_000
 
+_MOST_JSON = 2**23
+"""Bytes of JSON that are read; numbers are not among them."""
+
+_DEEPEST = 50
+"""JSON is nested no deeper, but in what nobody reads."""
+
+_AGAIN, _FREE = 4, 2**22
+"""Accessors may name the same bytes so many times in all, and so many bytes more."""
+
 
 @dataclass(frozen=True)
 class Glb:
@@ -50,11 +59,14 @@ class Glb:
     path : for messages.
     tree : the JSON object.
     block : the bytes that buffer 0 stands for.
+    spent : how many of them accessors were read for so far, again and again.
     """
 
     path: Path
     tree: dict[str, Any]
     block: bytes
+    spent: list[int] = field(default_factory=lambda: [0])
+    _lists: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
 
     def fail(self, wrong: str, right: str = "") -> FileError:
         """Return the error to raise about this file."""
@@ -68,10 +80,14 @@ class Glb:
         FileError
             If it is no list of objects.
         """
-        found = self.tree.get(name, [])
-        if not isinstance(found, list) or not all(isinstance(r, dict) for r in found):
-            raise self.fail(f"its {name} are no list of objects")
-        return found
+        if name not in self._lists:
+            found = self.tree.get(name, [])
+            if not isinstance(found, list) or not all(
+                isinstance(row, dict) for row in found
+            ):
+                raise self.fail(f"its {name} are no list of objects")
+            self._lists[name] = found
+        return self._lists[name]
 
     def row(self, name: str, index: Any) -> dict[str, Any]:
         """Return one object of a list.
@@ -119,12 +135,7 @@ def read_glb(path: Path) -> Glb:
         wrong = f"ends after {len(content)} of {length} bytes"
         raise FileError(path, wrong, "a cut file?")
     chunks = _chunks(path, content[:length])
-    try:
-        tree = json.loads(chunks.get(JSON_CHUNK, b"").decode("utf-8"))
-    except (ValueError, RecursionError):
-        raise FileError(path, "its JSON cannot be read", "a damaged file?") from None
-    if not isinstance(tree, dict):
-        raise FileError(path, "its JSON is no object")
+    tree = _json(path, chunks.get(JSON_CHUNK, b""))
     glb = Glb(path=path, tree=tree, block=chunks.get(BIN_CHUNK, b""))
     needed = tree.get("extensionsRequired", [])
     for name in needed if isinstance(needed, list) else [needed]:
@@ -132,6 +143,25 @@ def read_glb(path: Path) -> Glb:
             right = "save it without compression and extensions"
             raise glb.fail(f"needs the extension {str(name)[:60]}", right)
     return glb
+
+
+def _json(path: Path, content: bytes) -> dict[str, Any]:
+    if len(content) > _MOST_JSON:
+        wrong = f"has {len(content) / 2**20:.0f} MB of JSON"
+        raise FileError(path, wrong, f"at most {_MOST_JSON // 2**20} are read")
+    try:
+        tree = json.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError):
+        raise FileError(path, "its JSON cannot be read", "a damaged file?") from None
+    if not isinstance(tree, dict):
+        raise FileError(path, "its JSON is no object")
+    level: list[Any] = [tree]
+    for _ in range(_DEEPEST):
+        rows = [r.values() if isinstance(r, dict) else r for r in level]
+        level = [v for row in rows for v in row if isinstance(v, dict | list)]
+        if not level:
+            return tree
+    raise FileError(path, f"its JSON is nested more than {_DEEPEST} deep")
 
 
 def _chunks(path: Path, content: bytes) -> dict[int, bytes]:
@@ -182,6 +212,9 @@ def accessor(glb: Glb, index: Any, width: int, what: str) -> NDArray[Any]:
     if not count or stride < item or offset + (count - 1) * stride + item > length:
         wrong = f"its {what} ({count} items) do not fit their {length} bytes"
         raise glb.fail(wrong, "a damaged file?")
+    glb.spent[0] += count * item
+    if glb.spent[0] > _AGAIN * len(glb.block) + _FREE:
+        raise glb.fail("its accessors name the same bytes again and again")
     found = np.ndarray(
         (count, width),
         numbers,
@@ -259,8 +292,12 @@ def nodes_of(glb: Glb) -> Nodes:
                 done.add(m)
     if not np.isfinite(world).all():
         raise glb.fail("a node's place is not a finite number")
-    names = tuple(str(row.get("name", "")) for row in rows)
+    names = tuple(_text(row.get("name")) for row in rows)
     return Nodes(names=names, parents=tuple(parents), world=world)
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else ""
 
 
 def _local(glb: Glb, row: dict[str, Any]) -> Floats:

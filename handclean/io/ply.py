@@ -115,7 +115,9 @@ def _header(path: Path, content: bytes) -> tuple[str, list[_Element], str, int]:
     elements: list[_Element] = []
     while at < min(len(content), _LONGEST_HEADER):
         at = _line_start(content, at)
-        ends = [e for e in (content.find(b"\n", at), content.find(b"\r", at)) if e >= 0]
+        stop = at + _LONGEST_HEADER
+        ends = [content.find(mark, at, stop) for mark in (b"\n", b"\r")]
+        ends = [end for end in ends if end >= 0]
         if not ends:
             break
         words = content[at : min(ends)].decode("ascii", "replace").split()
@@ -174,7 +176,7 @@ class _Text:
         if not lists:
             table = self._take(element, element.count * width)
             names = [p.name for p in element.properties]
-            return dict(zip(names, table.reshape(element.count, -1).T, strict=False))
+            return dict(zip(names, table.reshape(element.count, width).T, strict=True))
         rows: dict[str, Any] = {p.name: [] for p in element.properties}
         for _ in range(element.count):
             for prop in element.properties:
