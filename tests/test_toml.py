@@ -19,8 +19,7 @@ from handclean.hand.skeleton import load_skeleton
 from handclean.io.joint_map import load_joint_map
 from handclean.io.landmarks import read_landmarks
 from handclean.io.skinned_map import load_skinned_map
-from handclean.simulation.settings import SimulateConfig
-from handclean.simulation.simulate import load_scenario
+from handclean.simulation.scenarios import find_scenario
 from handclean.toml import DEEPEST, MOST_BYTES, MOST_TABLES, parse_toml, read_toml
 
 PROJECT = Path(__file__).parents[1]
@@ -34,7 +33,7 @@ READERS = {
     "glove": load_glove,
     "hand of gloves": load_hand,
     "key poses": key_poses,
-    "scenario": lambda path: load_scenario(path, SimulateConfig()),
+    "scenario": find_scenario,
 }
 BOMBS = {
     "arrays": "a = " + "[" * 500 + "]" * 500,
@@ -92,6 +91,12 @@ OURS = [*PROJECT.glob("handclean/data/**/*.toml"), *PROJECT.glob("configs/*.toml
 @pytest.mark.parametrize("path", sorted(OURS), ids=lambda path: path.name)
 def test_files_of_ours_are_read_as_they_are(path):
     assert read_toml(path, "not TOML") == tomllib.loads(path.read_text("utf-8"))
+
+
+def test_no_other_module_parses_toml():
+    package = PROJECT / "handclean"
+    those = [p for p in package.rglob("*.py") if "tomllib" in p.read_text("utf-8")]
+    assert those == [package / "toml.py"]
 
 
 LEGAL = [

@@ -8,7 +8,6 @@ the line that is typed.
 
 import contextlib
 import os
-import tomllib
 from collections.abc import Callable, Collection, Iterable
 from importlib import import_module
 from pathlib import Path
@@ -17,6 +16,7 @@ import click
 from click.shell_completion import CompletionItem, shell_complete
 
 from handclean.pipeline import plan
+from handclean.toml import read_toml
 
 VARIABLE = "_HANDCLEAN_COMPLETE"
 """Set to bash_source, zsh_source or fish_source, it makes the script of that shell."""
@@ -65,8 +65,7 @@ def shipped(folder: str) -> Complete:
 
 
 def _key_poses() -> Collection[str]:
-    text = (DATA / "gloves" / "key_poses.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+    return read_toml(DATA / "gloves" / "key_poses.toml", "not TOML")
 
 
 def _gloves() -> Collection[str]:

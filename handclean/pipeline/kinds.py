@@ -5,11 +5,10 @@ should not cost it.
 """
 
 import csv
-import tomllib
 from pathlib import Path
-from typing import Any
 
 from handclean.errors import HandcleanError, UsageError
+from handclean.toml import parse_toml
 
 SESSION = "handclean session"
 SUBJECT = "handclean subject"
@@ -90,8 +89,8 @@ def _text(path: Path) -> str:
 
 def _toml(path: Path) -> str:
     try:
-        found: dict[str, Any] = tomllib.loads(_text(path))
-    except (OSError, ValueError, RecursionError):
+        found = parse_toml(path, _text(path), "not TOML")
+    except (OSError, ValueError, HandcleanError):
         return ""
     for key, kind in (
         ("bone", "joint tree"),

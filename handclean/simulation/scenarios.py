@@ -4,7 +4,6 @@ What a scenario sets lies beneath the configuration file and the options: these 
 whatever they say (see `handclean.config.load`). Imports nothing heavy.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,8 +11,9 @@ from types import MappingProxyType
 from typing import Any
 
 from handclean.config import Layer, load
-from handclean.errors import UnknownSettingError, UsageError
+from handclean.errors import FileError, UnknownSettingError, UsageError
 from handclean.simulation.settings import SCENARIOS, SimulateConfig
+from handclean.toml import read_toml
 
 PRESETS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {"demo": {"rate_hz": 100.0}}
@@ -62,13 +62,10 @@ def find_scenario(name: str | Path) -> Scenario:
     if path.suffix != ".toml":
         raise UnknownSettingError("simulate", "scenario", name, tuple(SCENARIOS))
     try:
-        content: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        wrong = "no such file; give a scenario's name or file"
-        raise UsageError(wrong, where=path) from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        wrong = f"not a scenario: {error}".splitlines()[0]
-        raise UsageError(wrong, where=path) from None
+        right = "give a scenario's name or file"
+        content = read_toml(path, "not a scenario", right)
+    except FileError as error:
+        raise UsageError.of(error) from None
     kind = content.pop("kind", "grasp")
     if not isinstance(kind, str) or kind not in SCENARIOS:
         raise UnknownSettingError(path, "kind of scenario", str(kind), tuple(SCENARIOS))

@@ -11,8 +11,7 @@ from handclean.hand.skeleton import load_skeleton, rigid_subject
 from handclean.hand.template import template
 from handclean.io import joint_map, landmarks
 from handclean.io.skinned_map import load_skinned_map
-from handclean.simulation.settings import SimulateConfig
-from handclean.simulation.simulate import load_scenario
+from handclean.simulation.scenarios import find_scenario, settings_for
 from tests.fuzz.inputs import TEXT, Reader
 
 PROJECT = Path(__file__).parents[2]
@@ -141,7 +140,7 @@ def skinned(path):
 
 def scenario(path):
     """Read a scenario."""
-    load_scenario(path, SimulateConfig())
+    settings_for(find_scenario(path))
 
 
 def configuration(folder):
