@@ -67,6 +67,43 @@ grasps = ["sphere_power"]
 """
 
 
+ODD = [
+    *(
+        "[]",
+        "{}",
+        "1",
+        "-1",
+        "0",
+        "1e308",
+        "-1e-320",
+        "nan",
+        "inf",
+        "true",
+        '""',
+        '"x"',
+    ),
+    *("[1, 2, 3]", "[[1, 2, 3]]", "[nan, 1, 2]", "{ a = 1 }", "[{}]", "[[]]", '["a"]'),
+    *("1979-05-27", "07:32:00", "9223372036854775807", "[1, [2]]", '["a", 1]', "1.5"),
+]
+"""Values that somebody may write for another."""
+
+
+def value(rng, content, other):
+    """Put something else for a value, or take it from another key."""
+    lines = content.split(b"\n")
+    places = [n for n, line in enumerate(lines) if b" = " in line]
+    if not places:
+        return content
+    at, there = (places[int(rng.integers(len(places)))] for _ in range(2))
+    put = ODD[int(rng.integers(len(ODD)))].encode()
+    if rng.random() < 0.2:
+        put = lines[there].partition(b" = ")[2]
+    lines[at] = lines[at].partition(b" = ")[0] + b" = " + put
+    if rng.random() < 0.1:
+        del lines[at]
+    return b"\n".join(lines)
+
+
 def of(pattern):
     """Write the files of ours that a pattern finds, the first three."""
 
@@ -123,7 +160,7 @@ def text(*read):
             for one in read:
                 one(path)
 
-        return Reader(read=all_of, seeds=seeds, mutators=TEXT)
+        return Reader(read=all_of, seeds=seeds, mutators=(*TEXT, *(value,) * 9))
 
     return reader
 
@@ -146,7 +183,7 @@ def scenario(path):
 def configuration(folder):
     """Write the file that ships, and one of a few lines."""
     shutil.copy(PROJECT / "configs" / "default.toml", folder)
-    texts('[fill-gaps]\nmax_gap_s = 0.5\nmethod = "linear"\n[solve]\ntrust_deg = 9\n')(
+    texts('[fill-gaps]\nmax_gap_s = 0.5\nmethod = "linear"\n[solve]\ndamping = 0.1\n')(
         folder
     )
 
