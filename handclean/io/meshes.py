@@ -18,8 +18,11 @@ import numpy as np
 from handclean.arrays import Bytes, Floats, Ints, expect_shape
 from handclean.errors import FileError, UsageError
 from handclean.hand.surface import face_normals, is_closed, volume
+from handclean.io.obj_stl import parse_obj, parse_stl
 from handclean.io.ply import Ply, parse_ply, ply_bytes
 from handclean.io.reading import METRES, in_metres, load, settle_unit
+
+_PARSERS = {".ply": parse_ply, ".obj": parse_obj, ".stl": parse_stl}
 
 SUFFIXES = (".ply", ".obj", ".stl")
 
@@ -84,7 +87,7 @@ def read_mesh(path: Path, *, unit: str | None = None) -> Mesh:
         known = " ".join(SUFFIXES)
         raise FileError(path, f"no mesh format is called '{suffix}'", f"known: {known}")
     content = load(path)
-    raw = parse_ply(path, content) if suffix == ".ply" else _other(path, content)
+    raw = _PARSERS[suffix](path, content)
     _check(path, raw)
     settled = _unit(path, raw, unit)
     normals = None if raw.normals is None else _unit_length(raw.normals)
@@ -191,13 +194,6 @@ def _obj_bytes(mesh: Mesh) -> bytes:
     for face in (mesh.faces + 1).tolist():
         lines.append("f " + " ".join(word.format(at) for at in face))
     return ("\n".join(lines) + "\n").encode()
-
-
-def _other(path: Path, content: bytes) -> Ply:
-    # imported here since it takes half a second, which no take should wait for
-    from handclean.io.obj_stl import read_by_trimesh
-
-    return read_by_trimesh(path, content)
 
 
 def _check(path: Path, raw: Ply) -> None:

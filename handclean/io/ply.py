@@ -321,7 +321,13 @@ def _faces(path: Path, face: dict[str, Any]) -> Ints:
     name = next((name for name in _FACE_LISTS if name in face), "")
     if not name or not len(face[name]):
         return np.zeros((0, 3), dtype=np.int64)
-    lists = face[name]
+    return triangles(face[name])
+
+
+def triangles(lists: NDArray[Any] | list[Any]) -> Ints:
+    """(F, 3) triangles of polygons, (N, S) or N lists, each cut into a fan."""
+    if not len(lists):
+        return np.zeros((0, 3), dtype=np.int64)
     if not isinstance(lists, np.ndarray):
         sizes = np.array([len(row) for row in lists])
         parts = [

@@ -2,6 +2,7 @@
 
 import contextlib
 import struct
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -71,6 +72,101 @@ def test_what_an_independent_library_writes_is_read(tmp_path, blob, encoding):
     np.testing.assert_allclose(back.vertices, blob.vertices, atol=1e-6)
     np.testing.assert_array_equal(back.faces, blob.faces)
     np.testing.assert_array_equal(back.colors, blob.colors)
+
+
+@pytest.mark.parametrize("kind", ["obj", "obj without normals", "stl", "stl_ascii"])
+def test_obj_and_stl_of_an_independent_library_are_read(tmp_path, blob, kind):
+    other = trimesh.Trimesh(blob.vertices * 1e3, blob.faces, process=False)
+    other.visual.vertex_colors = blob.colors
+    path = tmp_path / f"m.{kind[:3]}"
+    more = {"include_normals": kind == "obj"} if kind.startswith("obj") else {}
+    other.export(path, file_type=kind.split()[0], **more)
+    back = read_mesh(path, unit="mm")
+    corners = back.vertices[back.faces]
+    np.testing.assert_allclose(corners, blob.vertices[blob.faces], atol=1e-6)
+    if kind.startswith("obj"):
+        np.testing.assert_array_equal(back.faces, blob.faces)
+        np.testing.assert_array_equal(back.colors, blob.colors)
+    if kind == "obj":
+        np.testing.assert_allclose(back.normals, other.vertex_normals, atol=1e-4)
+
+
+OBJ = """mtllib none.mtl
+o hand
+v 0 0 0
+v 100 0 0
+v 100 100 0
+v 0 100 0
+vt 0 0
+vt 1 1
+vn 0 0 1
+vn 0 1 0
+usemtl skin
+f 1/1/1 2/2/1 3/1/1 4/2/1
+g other
+f -4/1/-1 -3//2 \\
+   -1//-1
+f 1/2 3/1 4
+"""
+
+
+def test_of_an_obj_vertices_faces_and_normals_are_taken_in_their_order(tmp_path):
+    path = tmp_path / "m.obj"
+    path.write_text(OBJ.replace("\n", "\r\n"))
+    back = read_mesh(path, unit="mm")
+    assert back.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 3], [0, 2, 3]]
+    up, mean = [0.0, 0.0, 1.0], [0.0, 0.5**0.5, 0.5**0.5]
+    np.testing.assert_allclose(back.normals, [mean, mean, up, mean])
+    assert len(back.vertices) == 4
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("f 1 2 2147483648", "a face names a vertex that is not there"),
+        ("f 1 2 9" + "9" * 30, "a face of it names no vertices"),
+        ("f 1 2 9" + "9" * 5000, "a face of it names no vertices"),
+        ("f 1 2 -5", "a face names a vertex that is not there"),
+        ("f 1 2 0", "names vertex 0"),
+        ("f 1//1 2//1 3//7", "names a normal that is not there"),
+        ("f 1 2", "less than three corners"),
+        ("f 1.5 2 3", "names no vertices"),
+        ("v 1 2", "too few numbers"),
+        ("v 1 2 x", "could not convert"),
+        ("v 1 2 nan", "are not numbers"),
+    ],
+)
+def test_what_is_wrong_in_an_obj_is_said_at_once(tmp_path, line, message):
+    path = tmp_path / "m.obj"
+    path.write_text(f"{OBJ}{line}\n")
+    tracemalloc.start()
+    with pytest.raises(FileError, match=message):
+        read_mesh(path, unit="mm")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1e6
+
+
+def test_a_cut_stl_is_said(tmp_path, blob):
+    path = tmp_path / "m.stl"
+    write_mesh(path, blob)
+    path.write_bytes(path.read_bytes()[:-3])
+    with pytest.raises(FileError, match=r"it says 320 faces, 319\.9 are there"):
+        read_mesh(path)
+    trimesh.Trimesh(blob.vertices, blob.faces).export(path, file_type="stl_ascii")
+    path.write_bytes(path.read_bytes()[:-90])
+    with pytest.raises(FileError, match="corners can be read"):
+        read_mesh(path, unit="m")
+
+
+def test_an_ascii_ply_may_have_an_element_without_rows(tmp_path):
+    path = tmp_path / "m.ply"
+    head = HEAD.format(3) + "property float z\nelement edge 0\nproperty int a\n"
+    head += "element face 1\nproperty list uchar int vertex_index\nend_header\n"
+    path.write_text(head + "0 0 0\n100 0 0\n0 100 0\n3 0 1 2\n")
+    back = read_mesh(path, unit="mm")
+    assert back.faces.tolist() == [[0, 1, 2]]
+    np.testing.assert_allclose(back.vertices[1], [0.1, 0, 0])
 
 
 @pytest.mark.parametrize("order", ["big", "little"])
