@@ -176,12 +176,19 @@ def _glove(path: Path, content: dict[str, Any]) -> Glove:
         limits=None if limits is None else _pair(path, "limits", limits),
         reading={
             sensor: _pair(path, f"reading of {sensor}", ends)
-            for sensor, ends in content.get("reading", {}).items()
+            for sensor, ends in _readings(path, content.get("reading", {})).items()
         },
         rows=rows,
     )
     _check(path, glove)
     return glove
+
+
+def _readings(path: Path, found: Any) -> dict[str, Any]:
+    if not isinstance(found, dict):
+        right = "write sensor = [low, high] in it"
+        raise FileError(path, "reading is no table", right)
+    return found
 
 
 def _pair(path: Path, key: str, value: Any) -> tuple[float, float]:

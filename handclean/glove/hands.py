@@ -124,7 +124,7 @@ def load_hand(name: str | Path) -> GloveHand:
         rotations=names,
         ranges=np.radians(np.array(ranges).reshape(-1, 2)),
         parts=parts,
-        reference=tuple(content.get("reference", ())),
+        reference=toml.texts(path, "reference", content),
         pronation=bool(content.get("pronation", False)),
     )
     if len(set(names)) != len(names) or not names:

@@ -38,6 +38,10 @@ _FAR_FINGER = 100.0
 """[mm] no marker is farther from its bone's joint, on a rod either."""
 
 
+_MOST = 1e6
+"""[mm] no number of a set is larger."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class MarkerSet:
     """M named markers.
@@ -199,7 +203,7 @@ def _marker(path: Path, number: int, row: dict[str, Any]) -> tuple[str, str, Flo
         at = np.array(row.get("at"), dtype=float)
     except (TypeError, ValueError):
         at = np.zeros(0)
-    if at.shape != (3,) or not np.isfinite(at).all():
+    if at.shape != (3,) or not (np.abs(at) <= _MOST).all():
         right = "at should be three numbers in millimetres"
         raise FileError(path, f"marker {number} ({row['label']}): no place", right)
     return row["label"], row["bone"], at
@@ -215,7 +219,7 @@ def _on_vertex(path: Path, where: str, row: dict[str, Any]) -> tuple[str, Floats
     if type(vertex) is not int or not 0 <= vertex < count:
         right = f"vertex should be a number from 0 to {count - 1}"
         raise FileError(path, f"{where}: vertex is {vertex!r}", right)
-    if type(lift) not in (int, float) or not np.isfinite(lift):
+    if type(lift) not in (int, float) or not abs(lift) <= _MOST:
         right = "lift should be a number of millimetres"
         raise FileError(path, f"{where}: lift is {lift!r}", right)
     bone = int(skin.bones[vertex, 0])

@@ -99,7 +99,8 @@ def hand_of(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> ImportedHand:
         If it is not a skinned hand of these joints.
     """
     frame, side = _frame(glb, mesh, joint_map)
-    inside = {name: np.linalg.inv(frame) @ at for name, at in mesh.places.items()}
+    outside = np.linalg.inv(frame)
+    inside = {name: outside @ at for name, at in mesh.places.items()}
     weights = _bone_weights(glb, mesh, joint_map)
     vertices = (mesh.vertices - frame[:3, 3]) @ frame[:3, :3]
     ends = _ends(glb, inside, joint_map, vertices, weights)

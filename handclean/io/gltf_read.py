@@ -67,6 +67,7 @@ class Glb:
     block: bytes
     spent: list[int] = field(default_factory=lambda: [0])
     _lists: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    _nodes: "list[Nodes]" = field(default_factory=list)
 
     def fail(self, wrong: str, right: str = "") -> FileError:
         """Return the error to raise about this file."""
@@ -265,6 +266,12 @@ def nodes_of(glb: Glb) -> Nodes:
     FileError
         If a node has two parents or is its own ancestor, or its place is no number.
     """
+    if not glb._nodes:
+        glb._nodes.append(_nodes_of(glb))
+    return glb._nodes[0]
+
+
+def _nodes_of(glb: Glb) -> Nodes:
     rows = glb.rows("nodes")
     if len(rows) > _MOST_NODES:
         raise glb.fail(f"has {len(rows)} nodes", f"at most {_MOST_NODES} are read")

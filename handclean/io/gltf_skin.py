@@ -6,6 +6,7 @@ B_j its inverse bind matrix. The mesh was drawn around the joints at ``inv(B_j)`
 nodes would bring them: by the scale of ``W_j B_j``.
 """
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -89,10 +90,9 @@ def _joints(glb: Glb, skin: dict[str, Any], nodes: Nodes) -> list[int]:
         raise glb.fail("its skin has no joints")
     for joint in joints:
         glb.row("nodes", joint)
-    names = [nodes.names[joint] for joint in joints]
-    for name in names:
-        if names.count(name) > 1 or not name:
-            wrong = f"{names.count(name)} joints are called '{name}'"
+    for name, count in Counter(nodes.names[joint] for joint in joints).items():
+        if count > 1 or not name:
+            wrong = f"{count} joints are called '{name}'"
             raise glb.fail(wrong, "names should be unique")
     return joints
 
@@ -123,22 +123,33 @@ def _scale(glb: Glb, matrix: Floats) -> float:
 def _places(
     glb: Glb, nodes: Nodes, joints: list[int], bind: Floats, scale: float
 ) -> dict[str, Floats]:
-    found = dict(zip(joints, bind, strict=True))
-    places: dict[str, Floats] = {}
+    own = {joint: n for n, joint in enumerate(joints)}
+    under = _joint_above(nodes, set(joints))
+    chosen: dict[str, int] = {}
     for n, name in enumerate(nodes.names):
-        up = n
-        while up >= 0 and up not in found:
-            up = nodes.parents[up]
-        if up < 0 or (name in places and n not in found):
-            continue
-        world = np.linalg.pinv(nodes.world[up]) @ nodes.world[n]
-        frame = found[up] @ world
-        turn, _, flip = np.linalg.svd(frame[:3, :3])
-        place = np.eye(4)
-        place[:3, :3] = turn @ flip
-        place[:3, 3] = scale * frame[:3, 3]
-        places[name] = place
-    return places
+        if under[n] >= 0 and (name not in chosen or n in own):
+            chosen[name] = n
+    those = list(chosen.values())
+    up = [own[under[n]] for n in those]
+    inverse = np.linalg.pinv(nodes.world[joints])
+    frames = bind[up] @ (inverse[up] @ nodes.world[those])
+    turns, _, flips = np.linalg.svd(frames[:, :3, :3])
+    places = np.tile(np.eye(4), (len(those), 1, 1))
+    places[:, :3, :3] = turns @ flips
+    places[:, :3, 3] = scale * frames[:, :3, 3]
+    return dict(zip(chosen, places, strict=True))
+
+
+def _joint_above(nodes: Nodes, joints: set[int]) -> list[int]:
+    """Return the joint that each node is, or is below; -1 for none."""
+    above: dict[int, int] = {joint: joint for joint in joints} | {-1: -1}
+    for n in range(len(nodes.parents)):
+        line = []
+        while n not in above:
+            line.append(n)
+            n = nodes.parents[n]
+        above.update(dict.fromkeys(line, above[n]))
+    return [above[n] for n in range(len(nodes.parents))]
 
 
 def _parts(glb: Glb) -> list[dict[str, Any]]:
