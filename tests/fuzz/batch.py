@@ -26,7 +26,8 @@ def reader_of(name: str) -> Reader:
 
 
 def main(name: str, folder: str, first: str, count: str, seed: str) -> None:
-    """Read inputs of these numbers."""
+    """Read inputs of these numbers, with a folder of their own to work in."""
+    os.chdir(folder)
     warnings.simplefilter("error")  # none should reach the terminal
     reader = reader_of(name)
     paths = sorted(p for p in Path(folder, "seeds").iterdir() if p.is_file())

@@ -1,8 +1,12 @@
 """Damaged files of every kind, and that the driver finds what is wrong."""
 
+import io
+
+import h5py
+import numpy as np
 import pytest
 
-from tests.fuzz import driver
+from tests.fuzz import driver, readers_h5
 
 FEW = 400
 """Inputs of each reader; ``python -m tests.fuzz.driver NAME -n COUNT`` takes more."""
@@ -45,3 +49,19 @@ def test_a_sound_reader_is_not_reported():
     assert wrong == []
     assert worst["inputs"] == 5
     assert worst["read"] == 3, "seeds 0, 1, 2, 0, 1; those of 1 are refused"
+
+
+def test_the_mutator_of_hdf5_writes_into_no_other_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    elsewhere = tmp_path / "none"
+    elsewhere.write_bytes(bytes(range(64)))
+    image = io.BytesIO()
+    with h5py.File(image, "w") as file:
+        for k in range(3):
+            file.create_dataset(f"x{k}", (64,), "u1", external=[("none", 0, 64)])
+        file["y"] = np.arange(9.0)
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        readers_h5.content(rng, b"", image.getvalue())
+    assert elsewhere.read_bytes() == bytes(range(64))
+    assert [path.name for path in tmp_path.iterdir()] == ["none"]
