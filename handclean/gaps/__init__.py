@@ -10,6 +10,8 @@ What they leave open is decided here:
   tell: a joint is *affected* if the markers explain less than `decided.DECIDED` of its
   variance while those that are missing would explain more. A marker further out drives
   the chain, joints that only follow the subspace count, any marker set works.
+- A path also follows what the other joints did beside paths of their own, as far as the
+  take shows that they go together (`coupling`).
 - Interpolated joints are then refined with the markers that are there, each weighed by
   what it knows, so that a joint which is half decided is not thrown away.
 - The end velocities come from a fit. Which fit (how many frames, straight or bent) the

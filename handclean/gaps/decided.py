@@ -52,11 +52,14 @@ class Decided:
     Attributes
     ----------
     affected : (T, D) hinges that missing markers leave open.
+    lost : (T, D) hinges that markers leave open which are not expected: those in sight
+        do not decide them, all that the take ever shows would.
     root : (T,) whether they leave the root open.
     sigma : (T, D) [rad] standard deviation of each hinge, NaN where nothing decides it.
     """
 
     affected: Bools
+    lost: Bools
     root: Bools
     sigma: Floats
 
@@ -88,10 +91,13 @@ def decide(
     middles, here, hoped = poses[(starts + stops) // 2], seen[starts], expected[starts]
     precision = np.tile(prior_precision(len(model.tree.hinges)), (len(starts), 1))
     ask, nominal = np.zeros(here.shape, dtype=bool), nominal_m**-2.0
-    left, left_hoped, variance = (
+    whole = np.broadcast_to(seen.any(axis=0), here.shape)
+    left, left_hoped, left_whole, variance = (
         spread(model, middles, weight, precision, ask)[0]
-        for weight in (here * nominal, hoped * nominal, here / noise**2)
-    )
+        for weight in (
+            here * nominal, hoped * nominal, whole * nominal, here / noise**2
+        )
+    )  # fmt: skip
     left, left_hoped = left * precision, left_hoped * precision
     weak, untold = left > 1.0 - DECIDED, left > 1.0 - TOLD
     sigma = np.where(untold, np.nan, np.sqrt(variance))[:, ROOT_DOFS:]
@@ -102,9 +108,11 @@ def decide(
     if follows:
         linked = touched.any(axis=1)
         touched[linked, ROOT_DOFS:] |= untold[linked, ROOT_DOFS:]
+    lost = weak & (left > left_whole * precision + DISTINCT) & ~touched
     lengths = stops - starts
     return Decided(
         affected=np.repeat(touched[:, ROOT_DOFS:], lengths, axis=0),
+        lost=np.repeat(lost[:, ROOT_DOFS:], lengths, axis=0),
         root=np.repeat(touched[:, :ROOT_DOFS].any(axis=1), lengths),
         sigma=np.repeat(sigma, lengths, axis=0),
     )

@@ -15,6 +15,9 @@ The papers discretise this into an n x n system whose end slopes are the differe
 single frames, so that marker noise grows with the gap (5.5 times over 20 frames, 25
 times over 100). Here v0 and v1 come from a polynomial fitted to several known frames.
 
+A single known frame has no velocity: the path of least acceleration then ends there
+unbent, with v = 1.5 (x1 - x0) / T - 0.5 times the velocity at the other end.
+
 Where a few known frames lie between gaps, too few to fit a velocity, they support one
 path through all of those gaps: the cubic spline of least acceleration, clamped at its
 outer ends (a tridiagonal system), through the mean of each such group of frames. In
@@ -108,7 +111,12 @@ def bend_of(span: float, x0: Floats, v0: Floats, x1: Floats, v1: Floats) -> Floa
 
 
 def bridge(
-    values: Floats, known: Bools, cluster: Cluster, fit: EndFit, reach: int
+    values: Floats,
+    known: Bools,
+    cluster: Cluster,
+    fit: EndFit,
+    reach: int,
+    sure: Bools | None = None,
 ) -> list[Bridge]:
     """Lay paths of least acceleration through the gaps of one cluster.
 
@@ -119,15 +127,19 @@ def bridge(
     cluster : gaps of ``known`` that are not refused.
     fit : how the velocities at the outer ends are found.
     reach : [frames] how far from an end to look for frames to fit.
+    sure : (T,) frames to fit where they are known and the end is one; all if not given.
     """
     expect_shape("values", values, len(known), "C")
-    before = nearest(known, cluster.start - 1, -1, fit.frames, reach)
-    after = nearest(known, cluster.stop, 1, fit.frames, reach)
-    v0 = slope_weights(before - before[0], fit.order) @ values[before]
-    v1 = slope_weights(after - after[0], fit.order) @ values[after]
+    slopes = []
+    for end, step in ((cluster.start - 1, -1), (cluster.stop, 1)):
+        tell = known & sure if sure is not None and sure[end] else known
+        frames = nearest(tell, end, step, fit.frames, reach)
+        weights = slope_weights(frames - end, fit.order)
+        slopes.append(weights @ values[frames] if len(frames) > 1 else None)
     if len(cluster.gaps) == 1:
-        return [_through_one(values, cluster.start, cluster.stop, v0, v1)]
-    return _through_many(values, known, cluster, v0, v1)
+        ends = values[cluster.start - 1], values[cluster.stop]
+        return [_through_one(cluster.start, cluster.stop, ends, *slopes)]
+    return _through_many(values, known, cluster, *slopes)
 
 
 def nearest(known: Bools, frame: int, step: int, count: int, reach: int) -> Ints:
@@ -146,10 +158,17 @@ def nearest(known: Bools, frame: int, step: int, count: int, reach: int) -> Ints
 
 
 def _through_one(
-    values: Floats, start: int, stop: int, v0: Floats, v1: Floats
+    start: int,
+    stop: int,
+    ends: tuple[Floats, Floats],
+    v0: Floats | None,
+    v1: Floats | None,
 ) -> Bridge:
-    span = float(stop - start + 1)
-    x0, x1 = values[start - 1], values[stop]
+    span, (x0, x1) = float(stop - start + 1), ends
+    mean = (x1 - x0) / span
+    if v0 is None:
+        v0 = mean if v1 is None else 1.5 * mean - 0.5 * v1
+    v1 = 1.5 * mean - 0.5 * v0 if v1 is None else v1
     share = np.arange(1, stop - start + 1) / span
     return Bridge(
         start=start,
@@ -161,7 +180,11 @@ def _through_one(
 
 
 def _through_many(
-    values: Floats, known: Bools, cluster: Cluster, v0: Floats, v1: Floats
+    values: Floats,
+    known: Bools,
+    cluster: Cluster,
+    v0: Floats | None,
+    v1: Floats | None,
 ) -> list[Bridge]:
     first, last = cluster.start - 1, cluster.stop
     times, knots = [float(first)], [values[first]]
@@ -171,7 +194,9 @@ def _through_many(
         knots.append(values[between].mean(axis=0))
     times.append(float(last))
     knots.append(values[last])
-    spline = CubicSpline(times, np.array(knots), bc_type=((1, v0), (1, v1)))
+    free = 2, np.zeros(values.shape[1])
+    ends = free if v0 is None else (1, v0), free if v1 is None else (1, v1)
+    spline = CubicSpline(times, np.array(knots), bc_type=ends)
     found = []
     for gap in cluster.gaps:
         frames = np.arange(gap.start - 1, gap.stop + 1)

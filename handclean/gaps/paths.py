@@ -62,6 +62,7 @@ def try_bridging(
     poses: Floats,
     open_hinge: Bools,
     open_root: Bools,
+    lost: Bools,
     limits: Limits,
     *,
     coupled: bool,
@@ -71,15 +72,17 @@ def try_bridging(
     Parameters
     ----------
     poses : (T, 7 + D); open_hinge : (T, D); open_root : (T,)
+    lost : (T, D) hinges that are neither open nor known, see `decided`.
     coupled : whether paths follow joints that are known, see `coupling`.
     """
     longest, rate = limits.longest, limits.rate
     untried = fits_to_try(rate)[0], UNTRIED
     angles, places, coupling = untried, untried, None
     if open_hinge.any():
-        angles = choose(poses[:, POSE_HEAD:], ~open_hinge, longest, rate)
+        sure = ~(open_hinge | lost)
+        angles = choose(poses[:, POSE_HEAD:], sure, longest, rate)
         if coupled:
-            coupling = couple(poses[:, POSE_HEAD:], ~open_hinge, longest, angles[0])
+            coupling = couple(poses[:, POSE_HEAD:], sure, longest, angles[0])
     if open_root.any():
         known = np.repeat(~open_root[:, None], 3, axis=1)
         places = choose(poses[:, :3], known, longest, rate)
@@ -91,6 +94,7 @@ def lay_paths(
     solved: Floats,
     open_hinge: Bools,
     open_root: Bools,
+    lost: Bools,
     limits: Limits,
     tried: Tried,
 ) -> Paths:
@@ -100,9 +104,10 @@ def lay_paths(
     ----------
     solved : (T, 7 + D) poses, to be kept where nothing is open.
     open_hinge : (T, D); open_root : (T,)
+    lost : (T, D) hinges that are neither open nor known, see `decided`.
     """
     poses = solved.copy()
-    hinge_variance, clusters = _lay_hinges(poses, open_hinge, limits, tried)
+    hinge_variance, clusters = _lay_hinges(poses, open_hinge, lost, limits, tried)
     low, high = tree.limits.T
     poses[:, POSE_HEAD:] = np.clip(poses[:, POSE_HEAD:], low, high)
     root_variance, root_clusters = _lay_root(poses, open_root, limits, *tried.places)
@@ -115,22 +120,24 @@ def lay_paths(
 
 
 def _lay_hinges(
-    poses: Floats, is_open: Bools, limits: Limits, tried: Tried
+    poses: Floats, is_open: Bools, lost: Bools, limits: Limits, tried: Tried
 ) -> tuple[Floats, list[Cluster]]:
     """Bridge angles in place; return (T, D) variances and what was found."""
     variance = np.zeros(is_open.shape)
     angles, known = poses[:, POSE_HEAD:].copy(), ~is_open
+    sure = known & ~lost
     fit, law = tried.angles
     reach = _reach(limits, fit)
     clusters: list[Cluster] = []
     for column in np.flatnonzero(is_open.any(axis=0)):
         found = clusters_of(known[:, column], limits, int(column))
         clusters += found
-        for part in _bridges(angles[:, [column]], known[:, column], found, fit, limits):
+        here = angles[:, [column]], known[:, column], found, fit, limits
+        for part in _bridges(*here, ~lost[:, column]):
             rows, path, left = slice(part.start, part.stop), part.path[:, 0], 1.0
             if tried.coupling is not None and not part.supported:
                 gap = Gap(column=int(column), start=part.start, stop=part.stop)
-                more, left = tried.coupling.guess(angles, known, gap, fit, reach)
+                more, left = tried.coupling.guess(angles, sure, gap, fit, reach)
                 path = path + more
             poses[rows, POSE_HEAD + column] = path
             variance[rows, column] = left * _along(part, law)
@@ -165,14 +172,19 @@ def _lay_root(
 
 
 def _bridges(
-    values: Floats, known: Bools, found: list[Cluster], fit: EndFit, limits: Limits
+    values: Floats,
+    known: Bools,
+    found: list[Cluster],
+    fit: EndFit,
+    limits: Limits,
+    sure: Bools | None = None,
 ) -> list[Bridge]:
     reach = _reach(limits, fit)
     return [
         part
         for cluster in found
         if not cluster.refused
-        for part in bridge(values, known, cluster, fit, reach)
+        for part in bridge(values, known, cluster, fit, reach, sure)
     ]
 
 

@@ -141,7 +141,7 @@ def _on_paths(
     coupled: bool,
 ) -> tuple[Paths, Floats]:
     """Lay paths, refine, and once more from ends that agree with the first round."""
-    is_open = decided.affected, decided.root
+    is_open = decided.affected, decided.root, decided.lost
     tried = try_bridging(poses, *is_open, limits, coupled=coupled)
     first = lay_paths(model.tree, poses, *is_open, limits, tried)
     part = np.flatnonzero(decided.affected.any(axis=1) | decided.root)

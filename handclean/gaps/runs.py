@@ -1,14 +1,18 @@
 """Where something is not known, for how long, and whether that can be bridged.
 
-A gap is bridged from both sides, so each side should hold at least ``seed`` known
-frames among the ``2 * seed`` next to the gap. Where it does not, the gap and its
-neighbour become one *cluster*, bridged at once with the few frames between them as
-support. A cluster longer than the limit, or one that reaches the start or end of the
-take, stays open, and every gap of it says why. (Vicon Nexus refuses likewise: fewer
-than five consecutive frames beside a gap, or a donor that is missing at its ends.)
+Each gap is judged by itself: one longer than the limit, or one that reaches the start
+or end of the take, stays open, whatever is beside it. Any other is bridged from both
+sides, so each side should hold at least ``seed`` known frames among the ``2 * seed``
+next to the gap, or as many as the gap has frames, if these are fewer: the velocity at
+an end matters less, the shorter the gap. Where two such gaps leave too few between
+them, they become one *cluster*, bridged at once with these few frames as support. What
+lies before the first gap of a cluster and behind the last should be enough for all of
+them; a gap at its end without that is judged alone, and the others without it. (Vicon
+Nexus refuses fewer than five consecutive frames beside a gap, or a donor that is
+missing at its ends.)
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,8 +31,9 @@ class Limits:
 
     Attributes
     ----------
-    longest : [frames] longest gap, or cluster of gaps, to bridge.
-    seed : known frames needed on each side, among twice as many.
+    longest : [frames] longest gap to bridge.
+    seed : known frames needed on each side, among twice as many, or as many as the gap
+        has.
     rate : [Hz] for the words.
     """
 
@@ -99,17 +104,21 @@ def clusters_of(known: Bools, limits: Limits, column: int = 0) -> list[Cluster]:
     known : (T,)
     """
     expect_shape("known", known, "T")
-    found = runs(~known)
-    if not found:
-        return []
     count = np.concatenate([[0], np.cumsum(known)])
-    clusters: list[list[tuple[int, int]]] = []
-    for gap in found:
-        if clusters and not _anchored(count, clusters[-1][-1][1], gap[0], limits):
-            clusters[-1].append(gap)
-        else:
-            clusters.append([gap])
-    return [_judged(part, count, limits, column) for part in clusters]
+    clusters: list[Cluster] = []
+    part: list[Gap] = []
+    for start, stop in runs(~known):
+        gap = Gap(column=column, start=start, stop=stop)
+        if why := _alone(gap, len(known), limits):
+            refused = Cluster(gaps=(replace(gap, refused=why),))
+            clusters += [*_judged(part, count, limits), refused]
+            part = []
+            continue
+        if part and _anchored(count, part[-1].stop, start, limits):
+            clusters += _judged(part, count, limits)
+            part = []
+        part.append(gap)
+    return [*clusters, *_judged(part, count, limits)]
 
 
 def gaps_of(known: Bools, limits: Limits) -> list[Gap]:
@@ -120,6 +129,17 @@ def gaps_of(known: Bools, limits: Limits) -> list[Gap]:
         for cluster in clusters_of(known[:, column], limits, column)
         for gap in cluster.gaps
     ]
+
+
+def _alone(gap: Gap, frames: int, limits: Limits) -> str:
+    """Why a gap stays open whatever is beside it; "" if nothing says so."""
+    if gap.start == 0:
+        return THROUGHOUT if gap.stop == frames else AT_START
+    if gap.stop == frames:
+        return AT_END
+    if gap.frames > limits.longest:
+        return f"{TOO_LONG} {limits.longest / limits.rate:.3g} s"
+    return ""
 
 
 def _before(count: Ints, start: int, limits: Limits) -> int:
@@ -138,35 +158,30 @@ def _anchored(count: Ints, stop: int, start: int, limits: Limits) -> bool:
     return least >= limits.seed
 
 
-def _judged(
-    part: list[tuple[int, int]], count: Ints, limits: Limits, column: int
-) -> Cluster:
-    start, stop, frames = part[0][0], part[-1][1], len(count) - 1
-    least = min(_before(count, start, limits), _after(count, stop, limits))
-    fine = (
-        start > 0
-        and stop < frames
-        and stop - start <= limits.longest
-        and least >= limits.seed
-    )
-    reasons = ["" if fine else _reason(a, b, frames, limits) for a, b in part]
+def _judged(part: list[Gap], count: Ints, limits: Limits) -> list[Cluster]:
+    """Make a cluster of gaps; those at its ends that cannot be part of it go alone."""
+    left: list[Cluster] = []
+    right: list[Cluster] = []
+    while part:
+        needed = min(limits.seed, sum(gap.frames for gap in part))
+        held = _before(count, part[0].start, limits) >= needed
+        holds = _after(count, part[-1].stop, limits) >= needed
+        if held and holds:
+            return [*left, Cluster(gaps=tuple(part)), *right]
+        if not held:
+            left.append(_single(part[0], count, limits))
+            part = part[1:]
+        if not holds and part:
+            right.insert(0, _single(part[-1], count, limits))
+            part = part[:-1]
+    return [*left, *right]
+
+
+def _single(gap: Gap, count: Ints, limits: Limits) -> Cluster:
+    """Make a cluster of one gap, refused if too little is known beside it."""
+    needed = min(limits.seed, gap.frames)
+    least = min(_before(count, gap.start, limits), _after(count, gap.stop, limits))
+    why = f"{NO_SEED}: {needed} of the {2 * limits.seed} frames on each side should be"
     return Cluster(
-        gaps=tuple(
-            Gap(column=column, start=a, stop=b, refused=why)
-            for (a, b), why in zip(part, reasons, strict=True)
-        )
+        gaps=(gap if least >= needed else replace(gap, refused=f"{why} known"),)
     )
-
-
-def _reason(start: int, stop: int, frames: int, limits: Limits) -> str:
-    """Why a gap of a cluster that cannot be bridged stays open."""
-    if start == 0 and stop == frames:
-        return THROUGHOUT
-    if start == 0:
-        return AT_START
-    if stop == frames:
-        return AT_END
-    if stop - start > limits.longest:
-        return f"{TOO_LONG} {limits.longest / limits.rate:.3g} s"
-    seed = limits.seed
-    return f"{NO_SEED}: {seed} of the {2 * seed} frames on each side should be known"

@@ -19,12 +19,12 @@ METHODS = (
 class FillConfig:
     """Settings of ``fill-gaps``."""
 
-    method: Annotated[str, f"How to fill: {', '.join(METHODS)}.", METHODS] = (
-        "min-acceleration"
-    )
+    method: Annotated[str, f"How to fill: {', '.join(METHODS)}.", METHODS] = "coupled"
     max_gap_s: Annotated[float, "Longest gap to fill; longer ones stay open."] = 0.5
     seed_frames: Annotated[
-        int, "Measured frames a gap needs on each side, within twice as many frames."
+        int,
+        "Measured frames a gap needs on each side, within twice as many frames; "
+        "a shorter gap as many as it has.",
     ] = 5
 
     def __post_init__(self) -> None:

@@ -122,3 +122,25 @@ def test_a_limb_is_what_hangs_on_the_hand_by_one_joint(scenes):
         finger = label.split("_")[1].lower()
         want = [name.startswith(finger) for name in model.tree.hinges]
         np.testing.assert_array_equal(fingers[m], want)
+
+
+def test_a_joint_is_lost_where_a_marker_is_missing_that_nobody_expects(bent):
+    """And where the take never shows one that tells of it, it is as known as ever."""
+    model, poses = bent
+    tip = model.labels.index("R_INDEX_TIP")
+    dip = model.tree.hinges.index("index_dip_flexion")
+    noise = np.full(len(model.labels), NOISE_M)
+    for hidden, lost in (
+        (slice(1, 3), [False, True, True]),
+        (slice(0, 3), [False] * 3),
+    ):
+        seen = np.ones((3, len(model.labels)), dtype=bool)
+        seen[hidden, tip] = False
+        found = decide(model, poses, seen, seen, noise, NOISE_M, follows=False)
+        assert found.lost[:, dip].tolist() == lost
+        assert not found.lost[:, np.arange(len(model.tree.hinges)) != dip].any()
+        assert not found.affected.any()
+    expected = np.ones_like(seen)
+    found = decide(model, poses, seen, expected, noise, NOISE_M, follows=False)
+    assert found.affected[:, dip].all()
+    assert not found.lost.any()

@@ -11,6 +11,7 @@ from handclean.gaps.settings import FillConfig
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.ik.prior import PosturePrior
+from handclean.io.prior import read_prior
 from handclean.recording import Event, Origin, Points, Recording, trajectories
 
 
@@ -122,12 +123,13 @@ def test_a_rejected_point_gives_way_but_is_kept(scenes, gappy, rng):
 def test_a_rejected_point_stays_where_its_gap_stays_open(scenes, rng):
     take = scenes.without(scenes.take(scenes.waving(rng, 80)), ("R_INDEX_TIP", 70, 80))
     positions, origin = take.markers.positions.copy(), take.markers.origin.copy()
-    positions[75, 5], origin[75, 5] = 1.0, Origin.REJECTED
+    column = scenes.column("R_INDEX_TIP")
+    positions[75, column], origin[75, column] = 1.0, Origin.REJECTED
     take = replace(
         take, markers=replace(take.markers, positions=positions, origin=origin)
     )
     filled, _ = fill(take, scenes.subject)
-    assert filled.markers.origin[75, 5] == Origin.REJECTED
+    assert filled.markers.origin[75, column] == Origin.REJECTED
     np.testing.assert_array_equal(filled.markers.positions, positions)
     assert filled.unlabelled is None
 
@@ -137,7 +139,7 @@ def test_events_of_others_stay_and_are_sorted_with_those_of_gaps(scenes, gappy):
     filled, _ = fill(replace(gappy, events=(other,)), scenes.subject)
     assert [event.start for event in filled.events] == [20, 45, 50]
     assert filled.events[1] is other
-    assert filled.events[0].text == "gap in R_INDEX_TIP: filled by min-acceleration"
+    assert filled.events[0].text == "gap in R_INDEX_TIP: filled by coupled"
 
 
 def test_markers_of_others_are_left_alone(scenes, gappy):
@@ -251,3 +253,17 @@ def test_real_gaps_of_a_quiet_system_are_filled(shared_data, scenes):
     edges = new[1:] != new[:-1]
     assert np.nanmax(steps[edges]) < 0.01
     assert np.nanmedian(steps[edges]) < 1.5 * np.nanmedian(steps[:, new.any(axis=0)])
+
+
+def test_short_gaps_beside_a_long_one_are_filled_as_well_as_others(scenes, rng):
+    """A finger hidden for 0.7 s, seen for five frames, hidden for five more."""
+    whole = scenes.take(scenes.waving(rng, 260))
+    finger = [label for label in scenes.labels if "INDEX" in label]
+    gaps = [(finger, 40, 110), (finger, 115, 120), ("R_RING_TIP", 150, 220)]
+    take = scenes.without(whole, *gaps, ("R_RING_TIP", 222, 223))
+    filled, figures = fill(take, scenes.subject, prior=read_prior())
+    assert (figures.filled, figures.left_open) == (len(finger) + 1, len(finger) + 1)
+    new = filled.markers.origin == Origin.FILLED
+    assert new.sum() == 5 * len(finger) + 1
+    away = np.linalg.norm(filled.markers.positions - whole.markers.positions, axis=2)
+    assert away[new].max() < 1e-3

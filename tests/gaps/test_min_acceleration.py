@@ -13,7 +13,7 @@ from handclean.gaps.min_acceleration import (
     nearest,
     slope_weights,
 )
-from handclean.gaps.runs import Limits, clusters_of
+from handclean.gaps.runs import Cluster, Gap, Limits, clusters_of
 
 BENT = EndFit(order=2, frames=5)
 
@@ -92,6 +92,57 @@ def test_a_straight_line_is_restored_through_any_cluster_of_gaps(seed):
     known[:12] = known[-12:] = True
     line = np.outer(np.arange(80.0), [0.01, -0.02])
     np.testing.assert_allclose(bridged(line, known), line, atol=1e-9)
+
+
+@given(ends=st.lists(st.floats(-1, 1), min_size=3, max_size=3))
+def test_a_path_ends_unbent_where_a_single_frame_is_known(ends):
+    """No path with the other end's velocity has less acceleration."""
+    x0, x1, v0 = ends
+    before = x0 + v0 * np.arange(-11.0, 1.0)
+    values = np.concatenate([before, np.full(20, np.nan), [x1]])[:, None]
+    known = np.isfinite(values[:, 0])
+    (part,) = bridge(
+        values, known, Cluster(gaps=(Gap(column=0, start=12, stop=32),)), BENT, 10
+    )
+    path = np.concatenate([[x0], part.path[:, 0], [x1]])
+    bends = np.diff(path, 2)
+    assert abs(bends[-1]) <= 0.06 * np.abs(bends).max() + 1e-9
+    slopes = [np.array([v]) for v in (1.5 * (x1 - x0) / 21.0 - 0.5 * v0, v0)]
+    least = bend_of(21.0, values[11], slopes[1], values[32], slopes[0])
+    assert part.bend**2 == pytest.approx(least, abs=1e-12)
+    for other in (-0.01, 0.01):
+        assert (
+            bend_of(21.0, values[11], slopes[1], values[32], slopes[0] + other) > least
+        )
+    mirror = bridge(
+        values[::-1],
+        known[::-1],
+        Cluster(gaps=(Gap(column=0, start=1, stop=21),)),
+        BENT,
+        10,
+    )
+    np.testing.assert_allclose(mirror[0].path[::-1], part.path, atol=1e-12)
+
+
+def test_between_two_single_frames_the_path_is_straight():
+    values = np.array([[1.0], [0.0], [0.0], [4.0]])
+    known = np.array([True, False, False, True])
+    gap = Gap(column=0, start=1, stop=3)
+    (part,) = bridge(values, known, Cluster(gaps=(gap,)), BENT, 10)
+    np.testing.assert_allclose(part.path[:, 0], [2.0, 3.0])
+
+
+def test_velocities_come_from_sure_frames_where_the_end_is_one():
+    values = np.arange(40.0)[:, None]
+    values[30:] = 7.0
+    known, sure = np.ones(40, dtype=bool), np.ones(40, dtype=bool)
+    known[20:26], sure[30:] = False, False
+    cluster = Cluster(gaps=(Gap(column=0, start=20, stop=26),))
+    fit = EndFit(order=1, frames=8)
+    (led,) = bridge(values, known, cluster, fit, 10, sure)
+    np.testing.assert_allclose(led.path, values[20:26], atol=1e-9)
+    (misled,) = bridge(values, known, cluster, fit, 10)
+    assert np.abs(misled.path - values[20:26]).max() > 0.5
 
 
 def test_paths_of_a_cluster_meet_the_frames_between_its_gaps(rng):
