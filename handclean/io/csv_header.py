@@ -40,13 +40,15 @@ class Head(NamedTuple):
 def own_comment(path: Path, lines: Lines) -> dict[str, Any]:
     """Read leading comment lines; what handclean's own says.
 
+    One that a spreadsheet put in quotes says nothing any more.
+
     Raises
     ------
     FileError
         If that is broken.
     """
     own: dict[str, Any] = {}
-    while (line := lines.peek()) is not None and line.startswith(b"#"):
+    while (line := lines.peek()) is not None and line.startswith((b"#", b'"#')):
         said = text(line)
         if said.startswith(MARK):
             try:

@@ -3,7 +3,8 @@
 Lengths are in millimetres by definition of the format. A missing sample is blank or,
 from older versions, (0, 0, 0). A trajectory is Measured, Gap-filled, Virtual or Mixed;
 what is filled does not count as measured, but a Mixed one does not say which of its
-samples are filled: they all count as measured, and a trap says so.
+samples are filled: they all count as measured, and a trap says so. Without the key
+lines it is a table like a CSV, and options say what it does not.
 """
 
 import re

@@ -19,7 +19,10 @@ trusted
 
 If there are several motions their columns begin with ``MOTION:``. Other people's CSV
 files have three columns per marker, ``NAME-X``, ``NAME_X``, ``NAME.X`` or ``NAME X``,
-and perhaps a frame number and a time [s]; what they do not say, options must.
+perhaps with a unit, or names above the axes (`handclean.io.csv_header`); and perhaps a
+frame number and a time (`handclean.io.clock`); what they do not say, options must. What
+stands for no place is missing (`handclean.io.missing`), columns of velocities and the
+like are left out (`handclean.io.csv_columns`).
 """
 
 from collections.abc import Iterable

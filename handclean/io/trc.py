@@ -3,7 +3,10 @@
 Six header lines: file type; keys; values; marker names, each above three columns;
 X1 Y1 Z1 X2 ...; blank. Then one row per frame: number, time, coordinates, blank where
 missing. Reading takes what programs write: coordinate names counted from 0, tabs at
-line ends, frame counts that are wrong. `handclean.io.trc_write` writes them.
+line ends, frame counts that are wrong, rows whose blank end was cut off, cells parted
+by blanks, commas or semicolons. Raw files of Motion Analysis have no names, or cells
+beyond them: as many points a row as there are, without a name.
+`handclean.io.trc_write` writes them.
 """
 
 import re

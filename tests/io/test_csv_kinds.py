@@ -231,7 +231,9 @@ def test_a_likelihood_beside_the_axes_is_left_out(tmp_path):
     assert reading.traps == ("not a marker's place, left out: A_likelihood",)
 
 
-@pytest.mark.parametrize("lead", ["sep=,", "", ",,,"])
+@pytest.mark.parametrize(
+    "lead", ["sep=,", "", ",,,", "# x", '"# handclean csv {""unit"": ""m"""," 2}"']
+)
 def test_a_line_that_says_nothing_may_come_first(lead, tmp_path):
     expect(read(tmp_path, [lead, *csv(time="time_s")]))
 
