@@ -234,6 +234,8 @@ def _beyond(lines: Lines, rest: bytes, form: Form, row: int) -> None:
 
 
 def _number(lines: Lines, column: int, cell: bytes) -> float:
+    if not cell.strip():
+        return math.nan
     try:
         if b"_" not in cell:
             return float(cell)
