@@ -18,7 +18,7 @@ SECONDS = {
 }
 """Seconds per unit of time, by the names that columns give it."""
 
-SLOWEST_HZ, FASTEST_HZ = 1.0, 20_000.0
+SLOWEST_HZ, FASTEST_HZ = 2.0, 20_000.0
 """[Hz] cameras are no slower and no faster."""
 
 _WHOLE = 1e-4
@@ -99,6 +99,7 @@ def _on(times: Floats, grid: float) -> bool:
 
 
 def in_seconds(
+    path: Path,
     numbers: Floats,
     times: Floats,
     column: Column,
@@ -114,6 +115,11 @@ def in_seconds(
     ----------
     numbers, times : (N,) frame numbers, and times as the file has them.
     option : [Hz] ``--rate``.
+
+    Raises
+    ------
+    FileError
+        If they may be seconds, milliseconds or frame numbers.
     """
     if column.says or len(times) < 2:
         return times * column.seconds
@@ -121,6 +127,9 @@ def in_seconds(
         rate = float((numbers[-1] - numbers[0]) / (times[-1] - times[0]))
     if not 0 < rate < SLOWEST_HZ or (option and abs(rate - option) <= AGREE * rate):
         return times
+    if option is None and np.all(np.diff(times) == 1.0):
+        wrong = "its times rise by 1 a row: seconds, milliseconds or frames?"
+        raise FileError(path, wrong, "call them time_s, time_ms or frame")
     for name, seconds in (("milli", 1e-3), ("micro", 1e-6), ("nano", 1e-9)):
         if SLOWEST_HZ <= rate / seconds <= FASTEST_HZ:
             traps.append(

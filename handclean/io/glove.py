@@ -280,7 +280,7 @@ def _expect_rate(found: ReadingsFile, rate_hz: float) -> None:
 
 
 def _expect_possible(found: ReadingsFile) -> None:
-    """Expect times without a unit to be seconds: to run at 1 Hz at least."""
+    """Expect times without a unit to be seconds: not to run slower than gloves do."""
     times, _ = next(found.chunks(_HEAD))
     if len(times) > 1 and (step := float(np.median(np.diff(times)))) > 1 / SLOWEST_HZ:
         wrong = f"by its times it runs at {1 / step:.3g} Hz, which is no rate"

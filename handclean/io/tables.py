@@ -159,7 +159,7 @@ def _timing(
     rate, start = own.get("rate_hz"), own.get("start_time_s")
     if layout.time is None:
         return _Timing(numbers, rate, start or 0.0)
-    times = in_seconds(numbers, grid[:, layout.time], layout.clock, option, traps)
+    times = in_seconds(path, numbers, grid[:, layout.time], layout.clock, option, traps)
     if rate is None:
         rate = rate_of(numbers, times, option, traps)
         expect_possible(path, rate, option, names[layout.time])

@@ -96,6 +96,16 @@ def test_times_rounded_to_milliseconds_run_at_the_rounder_rate(rate, rows, tmp_p
     assert abs(found - rate) < (0.06 if rows > 4 else 0.3) * rate
 
 
+def test_times_that_count_rows_are_of_no_unit(tmp_path):
+    lines = ["time,A_X,A_Y,A_Z", *(f"{k},1,2,{k}" for k in range(5))]
+    with pytest.raises(FileError, match="seconds, milliseconds or frames"):
+        read(tmp_path, lines)
+    assert read(tmp_path, lines, rate_hz=1.0).recording.rate == 1.0
+    assert read(tmp_path, lines, rate_hz=1000.0).recording.rate == 1000.0
+    with pytest.raises(UsageError, match="--rate 120 contradicts"):
+        read(tmp_path, lines, rate_hz=120.0)
+
+
 def test_an_option_makes_seconds_of_slow_times(tmp_path):
     reading = read(tmp_path, csv(time="time", unit=1e-3), rate_hz=0.12)
     expect(reading, rate=0.12)
