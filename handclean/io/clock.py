@@ -81,6 +81,8 @@ def _round_rate(numbers: Floats, times: Floats, rate: float) -> float:
     """[Hz] a rounder rate that times which are rounded themselves may run at."""
     grid = next((10.0**-d for d in range(1, 7) if _on(times, 10.0**-d)), 0.0)
     later = numbers > 0
+    if not later.any():
+        return rate
     with np.errstate(over="ignore", divide="ignore"):
         least = np.max((times[later] - grid) / numbers[later])
         most = np.min((times[later] + grid) / numbers[later])

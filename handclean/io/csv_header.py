@@ -67,7 +67,7 @@ def _sound(own: dict[str, Any]) -> bool:
     start = own.get("start_time_s", 0.0)
     return (
         isinstance(rate, (int, float))
-        and 0 < rate < 1e9
+        and 1e-9 < rate < 1e9
         and isinstance(first, int)
         and abs(first) < 2**31
         and isinstance(start, (int, float))

@@ -182,7 +182,7 @@ def read_session(path: Path) -> Recording:
     rate, frames = root.number("rate"), root.number("frames")
     first, up_axis = root.number("first_frame", 1), root.text("up_axis", "")
     start = root.number("start_time", 0.0)
-    if not 0 < rate < 1e9:
+    if not 1e-9 < rate < 1e9:
         raise FileError(path, f"its rate is {rate:g} Hz", "it should be above 0")
     if not isinstance(frames, int) or frames < 1:
         raise FileError(path, "has no frames")

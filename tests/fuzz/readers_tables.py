@@ -1,6 +1,7 @@
 """Fuzzed: TRC, CSV, TSV, MOT, readings of gloves as CSV, and manifests."""
 
 import os
+import tempfile
 
 import numpy as np
 
@@ -123,8 +124,9 @@ def read_take(path):
         try:
             files.inspect(path, **given)
             take = files.read(path, lenient=bool(given), **given)
-            for suffix in (".csv", ".trc"):
-                files.write(path.with_name(f"written{suffix}"), take, unnamed=True)
+            with tempfile.TemporaryDirectory() as folder:
+                for suffix in (".csv", ".trc"):
+                    files.write(f"{folder}/a{suffix}", take, unnamed=True)
             read = True
         except HandcleanError as error:
             wrong = error

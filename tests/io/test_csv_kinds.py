@@ -96,6 +96,12 @@ def test_times_rounded_to_milliseconds_run_at_the_rounder_rate(rate, rows, tmp_p
     assert abs(found - rate) < (0.06 if rows > 4 else 0.3) * rate
 
 
+def test_frames_and_times_that_fall_are_an_error(tmp_path):
+    rows = [f"{9 - k},{(9 - k) / 119.7:.5f},1,2,{k}" for k in range(6)]
+    with pytest.raises(FileError, match="frame 8 follows frame 9"):
+        read(tmp_path, ["frame,time,A_X,A_Y,A_Z", *rows])
+
+
 def test_times_that_count_rows_are_of_no_unit(tmp_path):
     lines = ["time,A_X,A_Y,A_Z", *(f"{k},1,2,{k}" for k in range(5))]
     with pytest.raises(FileError, match="seconds, milliseconds or frames"):

@@ -287,6 +287,12 @@ def test_lines_of_another_kind_are_refused_as_such(text, tmp_path):
         open_readings(path, rate_hz=60.0)
 
 
+def test_a_rate_is_compared_with_wild_times_without_warnings(tmp_path):
+    path = write(tmp_path, "time_s,A,B\n0,1,1\n1e308,2,3\n")
+    with pytest.raises(UsageError, match="its times run at"):
+        open_readings(path, rate_hz=60.0)
+
+
 def test_many_sensors_cost_little(tmp_path):
     names = [f"s{k}" for k in range(50_000)]
     row = ",".join("1" * len(names))

@@ -137,6 +137,11 @@ def test_frame_numbers_and_times_give_the_rate_and_the_gaps(tmp_path):
         (b"A-X,A-Y,A-Z\n1,2,\x00\n", "zero bytes"),
         (b"\xff\xfeA", "UTF-16"),
         ("# handclean csv {\nA-X,A-Y,A-Z\n1,2,3\n", "is broken"),
+        (
+            '# handclean csv {"rate_hz": 1e-320, "first_frame": 1, "unit": "mm", '
+            '"up_axis": "", "motions": {}}\nA_X,A_Y,A_Z\n1,2,3\n',
+            "is broken",
+        ),
         ('# handclean csv {"rate_hz": 0}\nA-X,A-Y,A-Z\n1,2,3\n', "is broken"),
         ("," * 200_000 + "\n", "more than 100000 columns"),
     ],
