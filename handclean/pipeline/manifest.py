@@ -61,7 +61,7 @@ def read(name: str) -> tuple[Line, ...]:
     first = text.lstrip("\n").split("\n", 1)[0].strip()
     if re.match(r'"?input"?\s*[;\t]', first):
         raise UsageError("columns should be separated by commas", where=where)
-    header = [cell.strip() for cell in next(csv.reader([first]))]
+    header = [cell.strip() for row in _rows(where, csv.reader([first])) for cell in row]
     if "input" in header:
         return tuple(_table(where, text, header))
     _expect_no_header(where, header)
@@ -95,6 +95,8 @@ def _text(name: str, where: str) -> str:
         raise UsageError(
             "is not text; a manifest is CSV or a list of paths", where=where
         )
+    if b"\n" not in data:  # lines of an old Macintosh
+        data = data.replace(b"\r", b"\n")
     return os.fsdecode(data.removeprefix(b"\xef\xbb\xbf"))
 
 

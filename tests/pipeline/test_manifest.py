@@ -44,6 +44,20 @@ def test_a_header_makes_it_a_table(read):
     )
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_may_end_in_any_way(read, end):
+    lines = [line.input for line in read(f"input,side{end}a.c3d,left{end}b.c3d,{end}")]
+    assert lines == [Path("a.c3d"), Path("b.c3d")]
+    lines = [line.input for line in read(f"a.c3d{end}b.c3d{end}")]
+    assert lines == [Path("a.c3d"), Path("b.c3d")]
+
+
+@pytest.mark.parametrize("first", ["a\rb,c", "input\r,x", "x" * 200_000 + ",y"])
+def test_a_first_line_that_is_no_csv_is_a_mistake(read, first):
+    with pytest.raises(UsageError, match="is not CSV"):
+        read(f"{first}\nb.c3d\n")
+
+
 def test_a_table_without_lines_is_no_mistake(read):
     assert read("input,output\n") == ()
 
