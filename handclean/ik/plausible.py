@@ -26,6 +26,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
+from handclean.ik.whose import reason
 from handclean.recording import Recording
 from handclean.tree import ROOT_DOFS
 
@@ -105,15 +106,18 @@ def remark(recording: Recording, subject: Subject, name: str = "") -> str:
     motion, markers = recording.motions.get(name), recording.markers
     if motion is None or motion.residual is None or markers is None:
         return ""
-    seen = np.zeros((recording.frames, len(model.labels)), dtype=bool)
+    positions = np.full((recording.frames, len(model.labels), 3), np.nan)
     for column, label in enumerate(model.labels):
         if label in markers.labels:
-            seen[:, column] = markers.measured[:, markers.labels.index(label)]
-    text = _in_words(subject, motion.residual, seen)
+            at = markers.labels.index(label)
+            here = markers.measured[:, at]
+            positions[here, column] = markers.positions[here, at]
+    text = _in_words(subject, motion.residual, positions)
     return f"{name}: {text}" if text else ""
 
 
-def _in_words(subject: Subject, residual: Floats, seen: Bools) -> str:
+def _in_words(subject: Subject, residual: Floats, positions: Floats) -> str:
+    seen = np.asarray(np.isfinite(positions).all(axis=2))
     enough = _enough(seen, residual)
     if not enough.any():
         return ""
@@ -124,9 +128,7 @@ def _in_words(subject: Subject, residual: Floats, seen: Bools) -> str:
         return ""
     expected = float(np.median(usual)) * (1.0 if measured else TEMPLATE_MOSTLY)
     whose = "this subject has" if measured else "the template hand has at most"
-    what = "another person's subject, or markers moved since its calibration?"
-    if ratio > FAR or not measured:
-        what = "wrong side, subject or unit?"
+    what = reason(subject, positions)
     found = 1e3 * float(np.median(residual[enough]))
     return f"residual {found:.2g} mm where {whose} {1e3 * expected:.2g} mm: {what}"
 

@@ -62,21 +62,44 @@ def test_a_subjects_own_take_is_trusted(rng, name, least):
     assert solved(seen, subject)[0] > share - 0.05
 
 
-@pytest.mark.parametrize("factor", [MIRROR, 1000.0, 0.1, 0.001])
-def test_the_wrong_side_or_unit_is_not_trusted_and_said(rng, factor):
-    subject, seen = calibrated(rng)
+@pytest.mark.parametrize("name", ["maycock26", "dfki13"])
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (
+            MIRROR,
+            "are as far apart as this subject's: the other hand, or exchanged names?",
+        ),
+        (1000.0, "are 1e+03 times as far apart as this subject's"),
+        (0.1, "are 0.1 times as far apart as this subject's"),
+        (0.001, "are 0.001 times as far apart as this subject's"),
+    ],
+)
+def test_the_wrong_side_or_unit_is_not_trusted_and_said(rng, factor, said, name):
+    subject, seen = calibrated(rng, name)
     share, words = solved(seen * factor, subject)
     assert share < 0.02
     assert words.startswith("right: residual ")
-    assert "wrong side, subject or unit?" in words
+    assert words.endswith(
+        f"markers of one bone {said}" if factor is not MIRROR else said
+    )
 
 
-def test_another_persons_subject_is_not_trusted_and_said(rng):
-    one, seen = calibrated(rng)
-    other, _ = calibrated(rng)
+@pytest.mark.parametrize("name", ["maycock26", "han19", "dfki13"])
+def test_another_persons_subject_is_not_trusted_and_said(rng, name):
+    one, seen = calibrated(rng, name)
+    other, _ = calibrated(rng, name)
     share, words = solved(seen, replace(other, marker_sigma=one.marker_sigma))
     assert share < 0.05
-    assert "subject" in words
+    assert "mm nearer or farther apart than this subject's: another person's" in words
+
+
+def test_without_two_markers_on_a_bone_nobody_can_tell_person_from_side(rng):
+    subject, seen = calibrated(rng, "schroeder8")
+    words = solved(seen * MIRROR, subject)[1]
+    assert words.endswith(
+        "another person's subject, the other hand, or exchanged names?"
+    )
 
 
 def test_a_template_is_trusted_on_any_right_hand_and_on_no_left_one(rng):

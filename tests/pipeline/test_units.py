@@ -27,5 +27,5 @@ def test_solving_in_a_wrong_unit_asks_for_the_unit(factor):
     if factor == 1.0:
         assert found == ()
     else:
-        assert "wrong side, subject or unit?" in found[0]
+        assert f"{factor:.3g} times as far apart as this subject's" in found[0]
         assert "is the unit right? (--unit)" in found[1]
