@@ -24,6 +24,25 @@ from handclean.io.provenance import provenance_from, provenance_item
 
 FORMAT = "handclean subject"
 
+_OTHERS = (
+    (
+        (".c3d", ".trc", ".csv", ".tsv", ".bvh", ".mot"),
+        "is a take, not a subject",
+        "'handclean calibrate-hand markers' makes a subject of a labelled one",
+    ),
+    (
+        (".ply", ".obj", ".stl"),
+        "is a mesh, not a subject",
+        "'handclean calibrate-hand scan' makes a subject of it",
+    ),
+    (
+        (".glb",),
+        "is a rigged hand, not a subject",
+        "'handclean convert' makes a subject of it",
+    ),
+)
+"""What is given for a subject by suffix, what it is, and what makes a subject of it."""
+
 
 def write_subject(
     path: Path, subject: Subject, provenance: Sequence[Mapping[str, Any]] = ()
@@ -72,6 +91,9 @@ def read_subject(path: Path) -> Subject:
     if path.suffix == ".toml":
         found = load_skeleton(path)
         return replace(found, name=found.name or _called(path))
+    for suffixes, wrong, right in _OTHERS:
+        if path.suffix.lower() in suffixes and path.exists():
+            raise FileError(path, wrong, right)
     part = read_h5(path, FORMAT)
     expect_finite(part, unknown=("sigma", "values"))
     tree = tree_from(part.part("skeleton"))

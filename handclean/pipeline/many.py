@@ -139,21 +139,23 @@ def _reports(
     work: Work, batch: Batch, tasks: Sequence[Task], console: Console
 ) -> Reports:
     """Yield the report of every task as it ends; those never begun come last."""
-    failing = False
+    failing: Report | None = None
     begun = set()
     jobs = jobs_of(batch)
     run_all = _here if len(tasks) <= 1 else in_workers
     ended = run_all(work, tasks, jobs, lambda: not (failing and batch.fail_fast))
     with closing(ended):
         for index, report in ended:
-            failing = failing or report.status == "failed"
+            if failing is None and report.status == "failed":
+                failing = report
             begun.add(index)
             console.ended()
             yield index, report
     for index in sorted(set(range(len(tasks))) - begun):
         where = tasks[index].sources[0].name
         error = f"{where}: not begun, as another input failed (--fail-fast)"
-        yield index, Report(status="failed", error=error)
+        status = failing.exit_status if failing else FAILED
+        yield index, Report(status="failed", error=error, exit_status=status)
 
 
 def _here(

@@ -78,13 +78,14 @@ def state(path: Path, begun: Entry, overwrite: bool, kept: Kept = NOTHING) -> St
         or that is no file at all.
     """
     place = Path(os.path.realpath(path))
+    stands = _is_there(path)
     foreign = [
         path.with_name(part.name)
         for part in with_record(place)[1:]
         if _is_there(part) and not record.is_record(part)
     ]
     found = State.MISSING
-    if _is_there(path):
+    if stands:
         found = _made(place, begun)
         if found is State.SAME and not (overwrite or foreign):
             return State.SAME

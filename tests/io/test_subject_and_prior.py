@@ -65,3 +65,21 @@ def test_files_of_another_kind_are_refused(tmp_path):
     write_h5(path, "handclean subject", Part(items={"markers": Array(np.zeros(3))}))
     with pytest.raises(FileError):
         read_subject(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("a.c3d", "is a take, not a subject; 'handclean calibrate-hand markers' makes"),
+        ("a.CSV", "is a take, not a subject"),
+        ("a.ply", "is a mesh, not a subject; 'handclean calibrate-hand scan' makes"),
+        ("a.glb", "is a rigged hand, not a subject; 'handclean convert' makes"),
+    ],
+)
+def test_what_is_given_for_a_subject_is_told_what_it_is(tmp_path, name, said):
+    path = tmp_path / name
+    with pytest.raises(FileError, match="no such file"):
+        read_subject(path)
+    path.write_text("something")
+    with pytest.raises(FileError, match=said):
+        read_subject(path)

@@ -3,6 +3,7 @@
 import csv
 import errno
 import os
+import resource
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -452,6 +453,69 @@ def test_fail_fast_begins_nothing_more_but_hides_nothing(inputs, run):
     rows = csv.DictReader(Path("f.csv").read_text().splitlines())
     assert [row["input"] for row in rows] == [str(path) for path in paths[1:]]
     assert sorted(tree("out")) == ["a.h5"]
+
+
+@pytest.mark.parametrize("fail_fast", [False, True])
+def test_when_every_input_fails_by_wrong_usage_the_status_is_2(inputs, run, fail_fast):
+    paths = inputs(a="misused", b="misused", c="misused")
+    assert run(*paths, output="out", fail_fast=fail_fast)[0] == 2
+    paths = inputs(a="misused", b="wrong")
+    assert run(*paths, output="out")[0] == 1
+    paths = inputs(a="misused", b="one")
+    assert run(*paths, output="out")[0] == 1
+
+
+def refuse(number):
+    def go(*arguments, **options):
+        raise OSError(number, os.strerror(number), str(arguments[0]))
+
+    return go
+
+
+@pytest.mark.parametrize(
+    ("what", "number", "said"),
+    [
+        ((os, "replace"), errno.EROFS, "read-only file system"),
+        ((os, "fsync"), errno.ENOSPC, "no space left on device"),
+        ((record, "write_sidecar"), errno.ENOSPC, "no space left on device"),
+        ((Path, "mkdir"), errno.EACCES, "permission denied"),
+    ],
+    ids=lambda value: str(value),
+)
+def test_what_hinders_an_output_names_it_and_leaves_nothing(
+    inputs, run, monkeypatch, what, number, said
+):
+    paths = inputs(a="one")
+    monkeypatch.setattr(*what, refuse(number))
+    status, (o,), err = run(*paths, output="new/out.csv")
+    assert (status, o["error"], err) == (1, f"new/out.csv: {said}", f"{o['error']}\n")
+    left = [path.name for path in Path().rglob("*") if path.is_file()]
+    assert [name for name in left if "out" in name or "handclean" in name] == []
+
+
+def test_an_output_below_a_file_is_refused_in_its_own_name(inputs, run):
+    (path,) = inputs(a="one")
+    for suffix in (".csv", ".h5"):
+        output = f"{path}/out{suffix}"
+        Path("list.csv").write_text(f"input,output\n{path},{output}\n")
+        status, (o,), _ = run(manifest="list.csv")
+        assert status == 1
+        assert o["error"] == f"{output}: cannot be written: not a directory"
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".h5"])
+def test_a_limit_of_a_files_size_names_the_output(inputs, run, suffix):
+    (path,) = inputs(a="x" * 100_000)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, hard))
+    try:
+        status, (o,), _ = run(path, output=f"out{suffix}")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert status == 1
+    assert o["error"].startswith(f"out{suffix}: ")
+    assert "file too large" in o["error"]
+    assert sorted(tree(".")) == ["in/a.txt"]
 
 
 def test_the_list_of_failed_inputs_is_a_manifest_that_puts_them_in_place(inputs, run):

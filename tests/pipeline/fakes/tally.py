@@ -7,7 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from handclean.errors import TAKE, FileError, HandcleanError, Place, TakeNumber
+from handclean.errors import (
+    TAKE,
+    FileError,
+    HandcleanError,
+    Place,
+    TakeNumber,
+    UsageError,
+)
 from handclean.io.h5 import write_h5
 from handclean.io.parts import Part
 from handclean.io.provenance import provenance_item
@@ -67,6 +74,8 @@ def act(source, word="", argument="", begun=""):
         os._exit(7)
     if word == "wrong":
         raise FileError(source.path, "is wrong", "it should be right")
+    if word == "misused":
+        raise UsageError("is misused", where=source.path)
     if word == "part":
         raise FileError(Place(source.path, " line 7"), "is wrong")
     if word == "elsewhere":
