@@ -36,8 +36,8 @@ from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
 SETTLED = 0.7
 """Share of a marker's noise that carried left-overs leave within a gap; with
-`TOGETHER` it puts about 68 and 95 % of what simulated takes hide within one and two
-sigma, see tests/bench/bench_gaps.py."""
+`TOGETHER` it puts 68 % or more of what simulated takes hide, and about 95 %, within one
+and two sigma per axis, see tests/bench/bench_gaps.py."""
 
 TOGETHER = 2.0
 """The hinges of a finger err together: their variances count more than singly."""
