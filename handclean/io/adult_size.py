@@ -9,6 +9,7 @@ a wrong unit or scale, not a child from an adult.
 import re
 from collections import defaultdict
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -131,17 +132,23 @@ def _hand_of_a_set(columns: dict[str, int], positions: Floats) -> list[Size]:
         hands[name[:1] if _sideless(name) != name else ""][_sideless(name)] = column
     best: list[Size] = []
     for name in shipped():
-        markers = load_marker_set(name)
-        tree = template("left", forearm=markers.forearm)
-        rest = rest_joints(tree)[[tree.bone(bone) for bone in markers.bones]]
-        places = rest + bone_places(tree, list(markers.bones), markers.at)
-        called = [_sideless(label.casefold()) for label in markers.labels]
+        called, places = _worn(name)
         for hand in hands.values():
             rows = [n for n, label in enumerate(called) if label in hand]
             if len(rows) >= max(_FEWEST, len(best) + 1):
                 at = [hand[called[n]] for n in rows]
                 best = _neighbours(places[rows], positions[:, at], hand, at) or best
     return best
+
+
+@cache
+def _worn(name: str) -> tuple[list[str], Floats]:
+    """Sideless names of a set's markers, and (M, 3) [m] where a flat hand has them."""
+    markers = load_marker_set(name)
+    tree = template("left", forearm=markers.forearm)
+    rest = rest_joints(tree)[[tree.bone(bone) for bone in markers.bones]]
+    places = rest + bone_places(tree, list(markers.bones), markers.at)
+    return [_sideless(label.casefold()) for label in markers.labels], places
 
 
 def _neighbours(

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.errors import FileError, UsageError
+from handclean.errors import FileError
 from handclean.hand.template import bone_frame, template
 from handclean.io.bvh import WORLD, BvhMotion, read_bvh
 from handclean.io.bvh_own import OwnMotion, heads_of, own_hands, own_objects
@@ -105,7 +105,8 @@ def read_bvh_angles(
     bvh = read_bvh(path, lenient=lenient)
     joint_map = joint_map or _fitting(path, bvh)
     rate = settle_rate(path, bvh.rate, rate_hz)
-    _check_unit(path, joint_map, unit)
+    joint_map, overruled = _in_unit(path, joint_map, unit)
+    bvh = replace(bvh, traps=(*bvh.traps, *overruled))
     if joint_map.exact and (hands := own_hands(bvh, joint_map)):
         return _own_reading(bvh, joint_map, hands, rate)
     try:
@@ -205,13 +206,24 @@ def _fitting(path: Path, bvh: BvhMotion) -> JointMap:
     raise FileError(path, f"no joint map fits its joints ({shown} ...)", f"have {maps}")
 
 
-def _check_unit(path: Path, joint_map: JointMap, unit: str | None) -> None:
+def _in_unit(
+    path: Path, joint_map: JointMap, unit: str | None
+) -> tuple[JointMap, list[str]]:
+    """Return the map with the unit that ``--unit`` says, and a line if it says another.
+
+    Raises
+    ------
+    UsageError
+        If that is no unit.
+    """
     if unit is None:
-        return
-    given = METRES[settle_unit(path, None, unit).lower()]
-    if abs(given - joint_map.unit_m) > AGREE * joint_map.unit_m:
-        said = f"{joint_map.unit_m:g} m of joint map {joint_map.name}"
-        raise UsageError(f"--unit {unit} contradicts the {said}", where=path)
+        return joint_map, []
+    given = METRES[settle_unit(path, None, unit, []).lower()]
+    if abs(given - joint_map.unit_m) <= AGREE * joint_map.unit_m:
+        return joint_map, []
+    said = f"{joint_map.unit_m:g} m of joint map {joint_map.name}"
+    line = f"--unit {unit} is taken, though the unit is the {said}"
+    return replace(joint_map, unit_m=given), [line]
 
 
 def map_motion(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> MappedMotion:

@@ -18,7 +18,7 @@ tail        uint8, what follows the samples
 points      points per frame
 loose       int32, the columns whose label names no marker; absent if there are none
 numbers     "float" or "integer"
-unit        POINT:UNITS, "mm" where it is missing
+unit        that was taken: POINT:UNITS, "mm" where it is missing, or ``--unit``
 scale       the header's, where it and not POINT:SCALE was taken; else absent
 groups      the parameters, decoded, for people
 ==========  =======================================================================
@@ -59,7 +59,13 @@ from handclean.io.c3d_samples import Coding, Tally
 from handclean.io.c3d_scale import settle_scale
 from handclean.io.c3d_structure import Structure, open_c3d
 from handclean.io.c3d_write import encode_c3d, plan_writing
-from handclean.io.reading import METRES, UNLABELLED, settle_rate, settle_unit
+from handclean.io.reading import (
+    METRES,
+    UNLABELLED,
+    named_unit,
+    settle_rate,
+    settle_unit,
+)
 from handclean.io.writing import unwritable
 from handclean.recording import Event, Origin, Recording, Trajectories, only_finite
 
@@ -85,20 +91,23 @@ def read_c3d(
         many there were.
     believe_coordinates : take points with coordinates in a file that marks every point
         as missing, as some programs do; an event says how many.
-    unit, rate : for files that do not say; must agree with those that do. Without
-        POINT:UNITS the format's own default, mm, holds.
+    unit : of lengths, for files that do not say; where one says another, it is taken
+        and an event says so. Without either the format's own default, mm, holds.
+    rate : for files that do not say; must agree with those that do.
 
     Raises
     ------
     FileError
         If the file cannot be read as C3D, or is truncated.
     UsageError
-        If ``unit`` or ``rate`` contradicts the file, or a pattern is no expression.
+        If ``rate`` contradicts the file, ``unit`` is none, or a pattern is no
+        expression.
     """
     path = Path(path)
     structure = open_c3d(path, lenient)
     hz = _rate(structure, rate)
-    name = settle_unit(path, structure.head.unit or unit or "mm", unit)
+    taken: list[str] = []
+    name = settle_unit(path, structure.head.unit or unit or "mm", unit, taken)
     coding, scales = settle_scale(structure, METRES[name.lower()])
     columns = sort_columns(structure, unlabelled)
     tally = Tally()
@@ -109,7 +118,7 @@ def read_c3d(
     events = [*structure.repairs, *decisions(tally, columns.labels, zeros_are_missing)]
     if structure.head.unit is None and unit is None:
         events.append("POINT:UNITS is missing: mm, the format's default, was taken")
-    events += [scales] if scales else []
+    events += [*taken, scales] if scales else taken
     events += twice([columns.labels[i] for i in columns.markers])
     return Recording(
         rate=hz,
@@ -152,11 +161,15 @@ def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> tuple[str,
 
 
 def inspect_c3d(
-    path: Path | str, *, believe_coordinates: bool = False
+    path: Path | str, *, unit: str | None = None, believe_coordinates: bool = False
 ) -> dict[str, Any]:
     """Return what is in a file and what is odd about it, as plain JSON values.
 
     A truncated file, an unknown unit and a rate of 0 are traps here, not errors.
+
+    Parameters
+    ----------
+    unit, believe_coordinates : as in `read_c3d`.
 
     Raises
     ------
@@ -167,17 +180,20 @@ def inspect_c3d(
     structure = open_c3d(path, lenient=True, needs_points=False)
     head, layout = structure.head, structure.layout
     traps = [*structure.repairs, *structure.remarks]
-    unit = head.unit or "mm"
-    if head.unit is None:
+    said = head.unit or unit or "mm"
+    if unit is not None:
+        said = settle_unit(path, said, unit, traps)
+    elif head.unit is None:
         traps.append("POINT:UNITS is missing: mm, the format's default, is taken")
-    elif unit.lower() not in METRES:
-        traps.append(f"POINT:UNITS is '{unit}', which is no unit known here")
+    elif named_unit(said) is None:
+        traps.append(f"POINT:UNITS is '{said}', which is no unit known here")
+    known = named_unit(said)
     rate = _stated_rate(structure)
     if not rate > 0:
         traps.append(f"POINT:RATE is {rate:g}")
     columns = sort_columns(structure, UNLABELLED)
     tally = Tally()
-    coding, scales = settle_scale(structure, METRES.get(unit.lower(), 1.0))
+    coding, scales = settle_scale(structure, METRES[known.lower()] if known else 1.0)
     traps += [scales] if scales else []
     traps += twice([columns.labels[i] for i in columns.markers])
     markers, loose = decode_points(
@@ -203,7 +219,7 @@ def inspect_c3d(
         "frames": layout.held,
         "first_frame": layout.first_frame,
         "rate": rate if rate > 0 else None,
-        "unit": unit,
+        "unit": known or said,
         "up_axis": _up_axis(structure),
         "scale": _shown_scale(head, coding),
         "points": layout.points,

@@ -67,6 +67,9 @@ def same_file(
         section = _with_labels(section, columns, source.points)
         head = with_header_shorts(head, {1: len(columns.columns)})
     section = with_angles(section, angles)
+    if source.unit:
+        section = with_strings(section, "POINT", "UNITS", [source.unit], 4)
+        notes.append(f"POINT:UNITS is {source.unit} now, as --unit said")
     unrecorded = coding == source.coding and is_unrecorded(source)
     filled = marks_of(recording, columns, coding) if unrecorded else NO_MARKS
     marked = with_marks(section, filled)

@@ -15,7 +15,7 @@ from handclean.io.c3d_head import Head, coding_of, parse_head
 from handclean.io.c3d_numbers import Processor, Words
 from handclean.io.c3d_parameters import Section
 from handclean.io.c3d_samples import Coding, placed, valid
-from handclean.io.reading import METRES
+from handclean.io.reading import METRES, named_unit
 from handclean.recording import Origin, Recording
 
 BLOCK_SAMPLES = 1 << 15
@@ -30,6 +30,7 @@ class Source:
     Attributes
     ----------
     frames : (T, words) as in the file; None if the recording has other frames now.
+    unit : of length that was taken though the file says another; else "".
     """
 
     head: Head
@@ -39,6 +40,7 @@ class Source:
     loose: NDArray[np.intp]
     tail: bytes
     frames: Words | None
+    unit: str = ""
 
     def words(self, rows: slice) -> Words:
         """(B, P, 4) words of the points of some frames."""
@@ -99,7 +101,8 @@ def _source(kept: Mapping[str, Any], frames: int, where: Path | str) -> Source:
     head = parse_head(raw, where, len(raw))
     head = replace(head, raw=raw.tobytes())
     is_float = kept["numbers"] == "float"
-    metres = METRES[str(kept["unit"]).lower()]
+    unit, said = str(kept["unit"]), named_unit(head.unit or "mm")
+    metres = METRES[unit.lower()]
     coding = coding_of(head, is_float, metres, where)
     if not is_float and "scale" in kept:
         coding = replace(coding, scale=_positive(kept["scale"]))
@@ -116,6 +119,7 @@ def _source(kept: Mapping[str, Any], frames: int, where: Path | str) -> Source:
         loose=np.asarray(kept.get("loose", ()), np.intp),
         tail=np.asarray(kept.get("tail", ()), np.uint8).tobytes(),
         frames=words.astype(coding.word, copy=False) if same else None,
+        unit=unit if said is None or METRES[said.lower()] != metres else "",
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from handclean.errors import FileError
 from handclean.io.clock import SECONDS_SAID, Column, time_column
 from handclean.io.csv_header import INDEX
-from handclean.io.reading import METRES, check_labels
+from handclean.io.reading import METRES, check_labels, named_unit
 
 PLACE = ("root_tx", "root_ty", "root_tz")
 TURN = ("root_qw", "root_qx", "root_qy", "root_qz")
@@ -124,7 +124,7 @@ def others_layout(path: Path, names: list[str]) -> Layout:
             frame = column
         elif time is None and said is not None:
             time, clock = column, said
-        elif (found := _OTHERS.fullmatch(base)) and unit.lower() in ("", *METRES):
+        elif (found := _OTHERS.fullmatch(base)) and (not unit or named_unit(unit)):
             _put(path, axes, (found["name"], found["axis"].upper()), column, names)
             if unit:
                 units[found["name"]] = unit
@@ -204,7 +204,7 @@ def _whole(path: Path, axes: dict[str, dict[str, int]]) -> dict[str, list[int]]:
 
 
 def _one_unit(path: Path, units: list[str]) -> str | None:
-    metres = {METRES[unit.lower()]: unit for unit in units}
+    metres = {METRES[(named_unit(unit) or unit).lower()]: unit for unit in units}
     if len(metres) > 1:
         shown = " and in ".join(sorted(metres.values()))
         raise FileError(path, f"its columns are in {shown}", "they should be in one")

@@ -27,7 +27,8 @@ from handclean.io.meshes import SUFFIXES as MESHES
 from handclean.io.mot import inspect_mot, write_mot
 from handclean.io.oddities import odd
 from handclean.io.qualisys import read_tsv
-from handclean.io.reading import Reading, finite, settle_rate, settle_unit
+from handclean.io.reading import METRES, Reading, finite, settle_rate, settle_unit
+from handclean.io.rescale import rescaled
 from handclean.io.session import FORMAT, read_session, write_session
 from handclean.io.shapes import inspect_glb, inspect_mesh
 from handclean.io.subject import FORMAT as SUBJECT
@@ -61,7 +62,11 @@ def _c3d(
 def _h5(path: Path, rate_hz: float | None, unit: str | None, lenient: bool) -> Reading:
     take = read_session(path)
     settle_rate(path, take.rate, rate_hz)
-    return Reading(recording=take, unit=settle_unit(path, "m", unit))
+    traps: list[str] = []
+    length = settle_unit(path, "m", unit, traps)
+    if traps:
+        take = rescaled(take, METRES[length.lower()])
+    return Reading(recording=take, unit=length, traps=tuple(traps))
 
 
 def _text(read: Callable[..., Reading]) -> Reader:
@@ -133,7 +138,8 @@ def read(
     Parameters
     ----------
     rate_hz : [Hz] for formats that do not say (``--rate``).
-    unit : of lengths, mm, cm or m, for formats that do not say (``--unit``).
+    unit : of lengths, mm, cm or m, for formats that do not say (``--unit``); it is
+        taken where the file says another, and an event says so.
     lenient : save what can be saved of a file that was cut off.
     believe_coordinates : of a C3D that marks every point as missing.
 
@@ -142,8 +148,8 @@ def read(
     FileError
         If the file cannot be read as what its suffix says.
     UsageError
-        If rate or unit are needed and not given, or contradict the file by more than
-        0.1 %.
+        If rate or unit are needed and not given, or the rate contradicts the file by
+        more than 0.1 %.
     """
     with seal.tolerated(lenient) as broken:
         reading = _reading(Path(path), rate_hz, unit, lenient, believe_coordinates)
@@ -299,7 +305,7 @@ def _as_far_as_said(
 def _inspect_c3d(
     path: Path, rate_hz: float | None, unit: str | None, believe: bool
 ) -> dict[str, Any]:
-    about = inspect_c3d(path, believe_coordinates=believe)
+    about = inspect_c3d(path, unit=unit, believe_coordinates=believe)
     try:
         take = _reading(path, rate_hz, unit, True, believe).recording
     except UsageError:

@@ -11,7 +11,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
-from handclean.io.reading import METRES, in_metres
+from handclean.io.reading import in_metres, named_unit
 from handclean.toml import read_toml
 
 
@@ -33,12 +33,13 @@ def read_landmarks(path: Path, unit: str) -> dict[str, Floats]:
     """
     content = read_toml(path, "not landmarks")
     stated = content.pop("unit", unit)
-    if not isinstance(stated, str) or stated.lower() not in METRES:
+    known = named_unit(stated) if isinstance(stated, str) else None
+    if known is None:
         raise FileError(path, f"the unit is {stated!r:.60}", "it should be mm, cm or m")
     if not content:
         raise FileError(path, "has no landmarks", "write name = [x, y, z]")
     return {
-        name: in_metres(_place(path, name, value), stated)
+        name: in_metres(_place(path, name, value), known)
         for name, value in content.items()
     }
 

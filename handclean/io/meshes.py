@@ -49,6 +49,7 @@ class Mesh:
     normals : (V, 3) unit outward normals (zero where unknown), or None.
     colors : (V, 3) red, green, blue, or None.
     unit : of the file it was read from.
+    traps : what was odd about the file, one line each.
     """
 
     vertices: Floats
@@ -56,6 +57,7 @@ class Mesh:
     normals: Floats | None = None
     colors: Bytes | None = None
     unit: str = "m"
+    traps: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.vertices)
@@ -89,7 +91,8 @@ def read_mesh(path: Path, *, unit: str | None = None) -> Mesh:
     content = load(path)
     raw = _PARSERS[suffix](path, content)
     _check(path, raw)
-    settled = _unit(path, raw, unit)
+    traps: list[str] = []
+    settled = _unit(path, raw, unit, traps)
     normals = None if raw.normals is None else _unit_length(raw.normals)
     return Mesh(
         vertices=in_metres(raw.vertices, settled),
@@ -97,6 +100,7 @@ def read_mesh(path: Path, *, unit: str | None = None) -> Mesh:
         normals=normals,
         colors=raw.colors,
         unit=settled,
+        traps=tuple(traps),
     )
 
 
@@ -209,13 +213,13 @@ def _check(path: Path, raw: Ply) -> None:
         raise FileError(path, "a face names a vertex that is not there", right)
 
 
-def _unit(path: Path, raw: Ply, option: str | None) -> str:
+def _unit(path: Path, raw: Ply, option: str | None, traps: list[str]) -> str:
     """Return the file's unit, the one of a sensible size.
 
     Raises
     ------
     UsageError
-        If nobody says, or the option contradicts the file.
+        If nobody says.
     FileError
         If a hand would be far too large or small.
     """
@@ -226,12 +230,12 @@ def _unit(path: Path, raw: Ply, option: str | None) -> str:
         say = f"does not say its unit, its longest side is {size:.4g}"
         likely = f" (a hand, if that is {hint})" if hint else ""
         raise UsageError(f"{say}; give --unit {hint or 'mm|cm|m'}{likely}", where=path)
-    unit = settle_unit(path, raw.unit or None, option)
+    unit = settle_unit(path, raw.unit or None, option, traps)
     metres = size * METRES[unit.lower()]
     if not SMALLEST <= metres <= LARGEST:
         right = f"--unit {hint} would make it a hand" if hint else "no unit fits a hand"
-        if raw.unit and hint:
-            right = f"it says {raw.unit}; {hint} would make it a hand"
+        if raw.unit and hint and option is None:
+            right = f"it says {raw.unit}; --unit {hint} would make it a hand"
         wrong = f"the scan is {_length(metres)} long in {unit}"
         raise FileError(path, wrong, right)
     return unit

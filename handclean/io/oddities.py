@@ -3,9 +3,12 @@
 Nothing is changed; these are lines for ``inspect``.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from handclean.arrays import Floats, Ints
+from handclean.io.adult_size import size_of
 from handclean.io.reading import finite
 from handclean.io.writing import runs
 from handclean.recording import Points, Recording, Trajectories
@@ -18,6 +21,15 @@ MOVE_M = 0.005
 
 STILL = 0.5
 """Share of points that stay where they were, to the last digit, in a still take."""
+
+SIZES = 0.5, 2.0
+"""Sizes against an adult's; beyond them a unit is wrong more likely than a person."""
+
+SPOT_M = 0.02
+"""[m] four points or more that never span more are no hand's."""
+
+MEASURED = 200
+"""Frames that are measured, evenly through the take."""
 
 FAR_M = 100.0
 """[m] farther from the middle of all points than cameras see."""
@@ -47,7 +59,7 @@ def odd(take: Recording) -> list[str]:
         return []
     if not seen:
         return ["not a single point is there: all samples are missing"]
-    told += _far(take)
+    told += _far(take) or wrong_size(take)
     least = max(FROZEN_FRAMES, int(np.ceil(FROZEN_S * take.rate)))
     if blind := [(start, stop) for start, stop in runs(empty) if stop - start >= least]:
         frames = sum(stop - start for start, stop in blind)
@@ -58,6 +70,52 @@ def odd(take: Recording) -> list[str]:
     if take.unlabelled is not None:
         told += _frozen_points(take.unlabelled, take.frames, least)
     return told
+
+
+def wrong_size(take: Recording) -> list[str]:
+    """Say that a take is not as large as its names or any room let expect.
+
+    Named markers are measured against an adult's, else all points of a frame together.
+    """
+    if not take.frames:
+        return []
+    frames = np.unique(np.linspace(0, take.frames - 1, MEASURED).astype(np.int64))
+    if take.markers is not None:
+        found = size_of(take.markers.labels, take.markers.positions[frames])
+        if not SIZES[0] <= found.ratio <= SIZES[1] and np.isfinite(found.ratio):
+            adult = _length(found.length / found.ratio)
+            return [
+                f"{found.words} is {_length(found.length)}, an adult's is about "
+                f"{adult}: is the unit right? (--unit)"
+            ]
+    spans = [_span(points) for points in _of_frames(take, frames) if len(points) > 3]
+    span = float(np.median(spans)) if spans else 0.0
+    if span == 0.0 or SPOT_M <= span <= FAR_M:
+        return []
+    return [f"the points of a frame span {_length(span)}: is the unit right? (--unit)"]
+
+
+def _of_frames(take: Recording, frames: Ints) -> Iterator[Floats]:
+    """Yield the points (P, 3) [m] of some frames, named and nameless."""
+    if take.unlabelled is not None:
+        starts = np.searchsorted(take.unlabelled.frame, [frames, frames + 1])
+    for n, frame in enumerate(frames.tolist()):
+        parts = [np.zeros((0, 3))]
+        if take.markers is not None:
+            parts.append(take.markers.positions[frame])
+        if take.unlabelled is not None:
+            parts.append(take.unlabelled.positions[slice(*starts[:, n])])
+        points = np.concatenate(parts)
+        yield points[finite(points)]
+
+
+def _span(points: Floats) -> float:
+    """[m] the longest side of the box around points."""
+    return float(np.ptp(points, axis=0).max())
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.2g} m" if metres >= 0.995 else f"{1e3 * metres:.2g} mm"
 
 
 def _far(take: Recording) -> list[str]:

@@ -68,7 +68,7 @@ def read_tsv(
     rate = settle_rate(
         path, positive(path, "FREQUENCY", _one(keys, "FREQUENCY")), rate_hz
     )
-    length = settle_unit(path, "mm", unit)
+    length = settle_unit(path, "mm", unit, traps)
     labels = keys["MARKER_NAMES"]
     while labels and not labels[-1]:
         labels.pop()

@@ -24,7 +24,13 @@ METRES = {
     "metre": 1.0,
     "metres": 1.0,
     "dm": 0.1,
+    "decimeter": 0.1,
+    "decimeters": 0.1,
+    "decimetre": 0.1,
+    "decimetres": 0.1,
     "cm": 1e-2,
+    "centimeter": 1e-2,
+    "centimetre": 1e-2,
     "centimeters": 1e-2,
     "centimetres": 1e-2,
     "mm": 1e-3,
@@ -33,8 +39,16 @@ METRES = {
     "millimetre": 1e-3,
     "millimetres": 1e-3,
     "um": 1e-6,
+    "micrometer": 1e-6,
+    "micrometers": 1e-6,
+    "micrometre": 1e-6,
+    "micrometres": 1e-6,
 }
 """Metres per unit of length, by the names that files use."""
+
+_SHORT = {METRES[name]: name for name in ("m", "dm", "cm", "mm", "um")}
+_CUT = 3
+"""Letters that a name which was cut off must have."""
 
 AGREE = 1e-3
 """Options and files agree when they differ by no more than this share."""
@@ -179,15 +193,38 @@ def ask_for(path: Path, *, rate: bool, unit: bool) -> None:
         raise UnsaidError(path, f"does not say its {what}; {give}", options)
 
 
-def settle_unit(path: Path, stated: str | None, option: str | None) -> str:
-    """Return the unit of length of a file, from itself or else from ``--unit``.
+def named_unit(name: str) -> str | None:
+    """Return the unit that a name stands for, None where it stands for none.
+
+    A name that was cut off, as fields of fixed width cut it (``mete``, ``mill``), is
+    read as what it begins, if that is one unit.
+    """
+    name = name.strip()
+    if name.lower() in METRES:
+        return name
+    begun = {
+        metres
+        for whole, metres in METRES.items()
+        if len(name) >= _CUT and whole.startswith(name.lower())
+    }
+    return _SHORT[begun.pop()] if len(begun) == 1 else None
+
+
+def settle_unit(
+    path: Path, stated: str | None, option: str | None, traps: list[str]
+) -> str:
+    """Return the unit of length of a file, from ``--unit`` or else from itself.
+
+    Parameters
+    ----------
+    traps : where the option contradicts the file, that is appended.
 
     Raises
     ------
     UsageError
-        If neither says, or they contradict each other.
+        If neither says.
     FileError
-        If the file's unit is not known.
+        If the file's unit is not known, and there is no option.
     """
     if option is not None and option.lower() not in METRES:
         raise UsageError(f"--unit should be mm, cm or m, not '{option}'")
@@ -196,12 +233,22 @@ def settle_unit(path: Path, stated: str | None, option: str | None) -> str:
             wrong = "does not say its unit; give --unit mm|cm|m"
             raise UnsaidError(path, wrong, "--unit")
         return option
-    if stated.lower() not in METRES:
-        right = "it should be one of mm, cm, dm, m"
+    known = named_unit(stated)
+    if known is None and option is None:
+        right = "it should be one of mm, cm, dm, m (--unit says which)"
         raise FileError(path, f"the unit of length is '{stated}'", right)
-    if option is not None and METRES[option.lower()] != METRES[stated.lower()]:
-        raise UsageError(f"--unit {option} contradicts its {stated}", where=path)
-    return stated
+    if known is None or (
+        option is not None and METRES[option.lower()] != METRES[known.lower()]
+    ):
+        assert option is not None
+        traps.append(overruled(option, stated))
+        return option
+    return known
+
+
+def overruled(option: str, stated: str) -> str:
+    """Say that ``--unit`` is taken and not what a file says."""
+    return f"--unit {option} is taken, though the file says {stated[:40]}"
 
 
 def in_metres(values: Floats, unit: str) -> Floats:

@@ -173,6 +173,7 @@ def inspect_mesh(path: Path, *, unit: str | None = None) -> dict[str, Any]:
             raise
         traps.append(error.wrong)
         mesh = read_mesh(path, unit=_plausible(path))
+    traps += mesh.traps
     size = np.ptp(mesh.vertices, axis=0) * 1e3
     if len(mesh.faces) and looks_inwards(mesh):
         traps.append("it is inside out")

@@ -110,7 +110,7 @@ def read_csv(
     ask_for(path, rate=no_rate, unit=(unit or stated) is None)
     rate, length = (
         settle_rate(path, timing.rate, rate_hz),
-        settle_unit(path, stated, unit),
+        settle_unit(path, stated, unit, traps),
     )
     if layout.extra:
         traps.append(f"not a marker's place, left out: {_listed(layout.extra)}")

@@ -66,7 +66,7 @@ def read_trc(
     traps: list[str] = []
     stated = _header(path, lines)
     rate = settle_rate(path, positive(path, "DataRate", stated["DataRate"]), rate_hz)
-    length = settle_unit(path, stated["Units"], unit)
+    length = settle_unit(path, stated["Units"], unit, traps)
     labels = _labels(path, lines, stated, traps)
     beyond = Beyond()
     grid = read_numbers(

@@ -1,8 +1,10 @@
 """Whether a take's points are of a hand's size at all: is its unit of length right?"""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from handclean.arrays import Floats
+from handclean.arrays import Floats, Ints
 from handclean.hand.model import Model, marker_positions, neutral_pose
 from handclean.labels.points import Cloud
 
@@ -24,17 +26,34 @@ def unit_hint(cloud: Cloud, model: Model) -> str:
     -------
     A question about the unit; "" where the points may be a hand's.
     """
+    counts = np.diff(cloud.start)
+    rows = np.flatnonzero(counts >= min(4, len(model.labels)))
+    some = [cloud.at[cloud.start[t] : cloud.start[t + 1]] for t in _spread(rows)]
+    return _hint(some, model)
+
+
+def markers_unit_hint(positions: Floats, model: Model) -> str:
+    """Say the same of a hand's own markers (T, M, 3) [m], NaN where missing."""
+    seen = np.asarray(np.isfinite(positions).all(axis=2))
+    rows = np.flatnonzero(seen.sum(axis=1) >= min(4, len(model.labels)))
+    return _hint([positions[t, seen[t]] for t in _spread(rows)], model)
+
+
+def _spread(rows: Ints) -> Ints:
+    """Some of the frames, evenly through them."""
+    count = min(_FRAMES, len(rows))
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, count).astype(int)])
+
+
+def _hint(frames: Sequence[Floats], model: Model) -> str:
+    """Compare the points (P, 3) [m] of some frames with the hand's."""
     hand_span, hand_apart = _measure(
         marker_positions(model, neutral_pose(model.tree)[None])[0]
     )
-    counts = np.diff(cloud.start)
-    rows = np.flatnonzero(counts >= min(4, len(model.labels)))
-    if not len(rows) or not hand_apart > 0.0:
+    if not len(frames) or not 0.0 < hand_apart < np.inf:
         return ""
-    rows = rows[np.linspace(0, len(rows) - 1, min(_FRAMES, len(rows))).astype(int)]
-    found = [_measure(cloud.at[cloud.start[t] : cloud.start[t + 1]]) for t in rows]
-    span, apart = np.median(found, axis=0)
-    if not (apart > 0.0 and span > 0.0):
+    span, apart = np.median([_measure(points) for points in frames], axis=0)
+    if not (0.0 < apart < np.inf and span > 0.0):
         return ""
     power = round(float(np.log10(apart / hand_apart)))
     extent = float(np.log10(span / hand_span))

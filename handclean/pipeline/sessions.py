@@ -36,10 +36,19 @@ def read(source: Source) -> Recording:
 
 def traps(source: Source, recording: Recording) -> tuple[str, ...]:
     """Say what was odd about a file that was read; a session was warned of before."""
-    if source.path.suffix.lower() == ".h5":
-        return ()
     whole = (0, recording.frames)
-    return tuple(e.text for e in recording.events if (e.start, e.stop) == whole)
+    told = [e.text for e in recording.events if (e.start, e.stop) == whole]
+    if source.path.suffix.lower() == ".h5":
+        told = overruled(source, recording)[-1:]
+    return tuple(told)
+
+
+def overruled(source: Source, recording: Recording) -> list[str]:
+    """Say that ``--unit`` was taken where the file that was read says another."""
+    if source.unit is None:
+        return []
+    begins = f"--unit {source.unit} is taken"
+    return [e.text for e in recording.events if e.text.startswith(begins)]
 
 
 def traps_of_all(

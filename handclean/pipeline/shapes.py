@@ -69,6 +69,7 @@ def mesh(source: Source) -> Outcome:
     return Outcome(
         line=f"{count} vertices, {faces} faces" if faces else f"{count} points",
         figures={"vertices": count, "faces": faces},
+        warnings=found.traps,
         writers=(write,),
         history=record.of(source.path),
     )

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import numpy as np
 import pytest
 
 from handclean.cli.main import main
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.model import marker_positions, neutral_pose
+from handclean.hand.subject import template_subject
 from handclean.hand.template import template
 from handclean.io import files
 from handclean.io.prior import read_prior
@@ -162,29 +166,43 @@ WITH_A_HAND = ("-o", "out.h5", "--marker-set", "pavllo9")
     ],
     ids=lambda line: line[0],
 )
-@pytest.mark.parametrize("wrong", [("--unit", "cm"), ("--rate", "121")], ids=str)
-def test_an_option_that_contradicts_a_file_is_wrong_usage(
-    folder, capfd, take, line, wrong
-):
+def test_a_rate_that_contradicts_a_file_is_wrong_usage(folder, capfd, take, line):
     take("a.trc")
     command, *rest = line
-    assert main([*command.split(), "a.trc", *rest, *wrong]) == 2
+    assert main([*command.split(), "a.trc", *rest, "--rate", "121"]) == 2
     out, err = capfd.readouterr()
     assert (out, err.count("\n")) == ("", 1)
-    assert err.startswith(f"a.trc: {' '.join(wrong)} contradicts its ")
+    assert err.startswith("a.trc: --rate 121 contradicts its ")
     assert sorted(tree(".")) == ["a.trc"]
 
 
-def test_an_option_that_contradicts_one_of_several_files_fails_that_one(
+def test_a_unit_that_contradicts_one_of_several_files_is_taken_and_told(
     folder, capfd, take
 ):
     take("a.trc")
     take("b.h5")  # in metres
-    line = ["convert", "a.trc", "b.h5", "-o", "out", "--format", "csv"]
-    assert main([*line, "--unit", "mm"]) == 1
-    assert sorted(tree("out")) == ["a.csv", "a.csv.made.json"]
-    assert capfd.readouterr().err.startswith("b.h5: --unit mm contradicts its m")
-    assert main([*line, "--unit", "cm"]) == 2
+    line = ["convert", "a.trc", "b.h5", "-o", "out", "--format", "h5"]
+    assert main([*line, "--unit", "mm"]) == 0
+    warned = [s for s in capfd.readouterr().err.splitlines() if "--unit mm" in s]
+    assert warned == ["b.h5: warning: --unit mm is taken, though the file says m"]
+    one, other = files.read("b.h5"), files.read("out/b.h5")
+    np.testing.assert_allclose(other.markers.positions, 1e-3 * one.markers.positions)
+
+
+def test_a_hand_of_a_fifth_of_a_millimetre_is_told(folder, capfd):
+    model = template_subject(load_marker_set("maycock26")).model
+    places = 1e-3 * marker_positions(model, neutral_pose(model.tree)[None])
+    markers = trajectories(np.tile(places, (9, 1, 1)), model.labels)
+    files.write("a.c3d", Recording(rate=100.0, frames=9, markers=markers))
+    wanted = r"an adult's is about \d+ mm: is the unit right\? \(--unit\)"
+    assert main(["inspect", "a.c3d"]) == 0
+    assert re.search(wanted, capfd.readouterr().out)
+    assert main(["convert", "a.c3d", "-o", "b.h5"]) == 0
+    assert re.search(wanted, capfd.readouterr().err)
+    assert main(["convert", "a.c3d", "-o", "c.h5", "--unit", "m"]) == 0
+    err = capfd.readouterr().err
+    assert "a.c3d: warning: --unit m is taken, though the file says mm" in err
+    assert "is the unit right" not in err
 
 
 def test_what_a_format_cannot_hold_names_the_output(handclean, take):

@@ -567,8 +567,13 @@ def test_options_must_agree_with_the_map(rng, tmp_path):
     tree = template("right")
     write_bvh(tmp_path / "a.bvh", a_take(tree, moving(rng, tree, 5)))
     read_bvh_angles(tmp_path / "a.bvh", unit="cm", rate_hz=120.0)
-    with pytest.raises(UsageError, match="--unit mm contradicts"):
-        read_bvh_angles(tmp_path / "a.bvh", unit="mm")
+    plain = read_bvh_angles(tmp_path / "a.bvh").recording.motions["right"]
+    other = read_bvh_angles(tmp_path / "a.bvh", unit="mm")
+    assert other.traps[0].startswith(
+        "--unit mm is taken, though the unit is the 0.01 m"
+    )
+    place = other.recording.motions["right"].translation
+    np.testing.assert_allclose(place, 0.1 * plain.translation)
     with pytest.raises(UsageError, match="--rate 60 contradicts"):
         read_bvh_angles(tmp_path / "a.bvh", rate_hz=60.0)
 

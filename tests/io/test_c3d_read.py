@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.io import files
 from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
+from handclean.io.reading import METRES
 from handclean.pipeline.steps.convert import contents
 from handclean.recording import Origin
 from tests.io.c3d_oracles import by_c3d, by_ezc3d, c3d_bytes, take
@@ -177,12 +178,40 @@ def test_millimetres_are_the_default_of_the_format_and_an_event_says_so(
     assert not stated.events
 
 
+@pytest.mark.parametrize(
+    ("cut", "metres"),
+    [("mete", 1.0), ("MILL", 1e-3), ("cent", 1e-2), ("Millimetre", 1e-3), ("met", 1.0)],
+)
+def test_a_unit_whose_name_was_cut_off_is_what_it_begins(write, rng, cut, metres):
+    raw, words = take(rng)
+    path = write(raw, words, units=cut, scale=0.1)
+    recording = read_c3d(path)
+    check(recording, raw, words, True, metres)
+    assert METRES[recording.parameters["c3d"]["unit"].lower()] == metres
+    write_c3d(path.with_name("b.c3d"), recording)
+    assert path.with_name("b.c3d").read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("unknown", ["me", "mi", "furl", "metr1"])
+def test_a_unit_that_nobody_knows_is_an_error_unless_an_option_says_it(
+    write, rng, unknown
+):
+    raw, words = take(rng)
+    path = write(raw, words, units=unknown, scale=0.1)
+    with pytest.raises(FileError, match=f"'{unknown}'.*--unit says which"):
+        read_c3d(path)
+    check(read_c3d(path, unit="cm"), raw, words, True, 1e-2)
+
+
 def test_options_must_not_contradict_the_file(write, rng):
     raw, words = take(rng)
     path = write(raw, words)
     assert read_c3d(path, unit="mm", rate=100.05).rate == 100
-    with pytest.raises(UsageError, match="cm contradicts"):
-        read_c3d(path, unit="cm")
+    other = read_c3d(path, unit="cm")
+    check(other, raw, words, True, 1e-2)
+    assert [e.text for e in other.events] == [
+        "--unit cm is taken, though the file says mm"
+    ]
     with pytest.raises(UsageError, match="contradicts its 100 Hz"):
         read_c3d(path, rate=101)
     with pytest.raises(UsageError, match="no expression"):

@@ -2,11 +2,13 @@
 
 import json
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.hand.model import neutral_pose
 from handclean.hand.template import template
 from handclean.io import files
 from handclean.io.h5 import write_h5
@@ -131,8 +133,44 @@ def test_options_must_agree_with_what_a_file_says(rng, tmp_path):
         files.read(path, rate_hz=120.1, unit=unit)
         with pytest.raises(UsageError, match="--rate 121 contradicts"):
             files.read(path, rate_hz=121.0)
-        with pytest.raises(UsageError, match="--unit cm contradicts"):
-            files.read(path, unit="cm")
+
+
+def test_a_unit_that_contradicts_a_file_is_taken_and_both_are_named(rng, tmp_path):
+    for suffix in (".c3d", ".h5", ".trc", ".csv"):
+        path = tmp_path / f"a{suffix}"
+        files.write(path, a_take(rng))
+        stated, factor = ("m", 0.01) if suffix == ".h5" else ("mm", 10.0)
+        plain, other = files.read(path), files.read(path, unit="cm")
+        line = f"--unit cm is taken, though the file says {stated}"
+        assert [e.text for e in other.events].count(line) == 1
+        assert line not in [e.text for e in plain.events]
+        want = factor * plain.markers.positions
+        np.testing.assert_allclose(other.markers.positions, want, rtol=1e-9)
+        assert line in files.inspect(path, unit="cm")["traps"]
+        again = tmp_path / f"b{suffix}"
+        files.write(again, other)
+        found = files.read(again).markers.positions
+        np.testing.assert_allclose(found, want, atol=2e-6)
+
+
+def test_a_session_in_another_unit_is_larger_in_all_its_parts(rng, tmp_path):
+    tree = template("right")
+    poses = np.tile(neutral_pose(tree), (30, 1))
+    poses[:, :3] = rng.normal(size=(30, 3))
+    take = replace(
+        a_take(rng),
+        skeletons={"right": tree},
+        motions={"right": motion_from_poses(tree.hinges, poses, residual=np.ones(30))},
+    )
+    files.write(tmp_path / "a.h5", take)
+    found = files.read(tmp_path / "a.h5", unit="mm")
+    motion = found.motions["right"]
+    np.testing.assert_allclose(motion.translation, 1e-3 * poses[:, :3])
+    np.testing.assert_allclose(motion.residual, 1e-3)
+    np.testing.assert_allclose(
+        found.skeletons["right"].offsets, 1e-3 * tree.offsets, atol=1e-12
+    )
+    np.testing.assert_array_equal(motion.angles, poses[:, 7:])
 
 
 def test_what_was_odd_stays_with_the_take(rng, tmp_path):

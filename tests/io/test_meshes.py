@@ -241,10 +241,17 @@ def test_a_wrong_unit_is_told(tmp_path, blob, scale, unit, size, right):
         read_mesh(path)
 
 
-def test_an_option_that_contradicts_the_file_is_refused(tmp_path, blob):
-    path = stated(tmp_path / "m.obj", blob, 1.0, "# unit m")
-    with pytest.raises(UsageError, match="contradicts"):
-        read_mesh(path, unit="mm")
+def test_an_option_that_contradicts_the_file_is_taken_if_it_makes_a_hand(
+    tmp_path, blob
+):
+    path = stated(tmp_path / "m.obj", blob, 1e3, "# unit m")
+    with pytest.raises(FileError, match="it says m; --unit mm would make it a hand"):
+        read_mesh(path)
+    mesh = read_mesh(path, unit="mm")
+    assert mesh.traps == ("--unit mm is taken, though the file says m",)
+    np.testing.assert_allclose(mesh.vertices, blob.vertices, atol=1e-6)
+    with pytest.raises(FileError, match="--unit mm would make it a hand"):
+        read_mesh(path, unit="cm")
 
 
 def test_a_mesh_inside_out_is_told(tmp_path, blob):

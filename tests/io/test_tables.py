@@ -337,8 +337,11 @@ def test_a_broken_qualisys_file_is_one_clear_line(old, new, complaint, tmp_path)
 def test_qualisys_is_in_millimetres(tmp_path):
     path = written(tmp_path / "a.tsv", QUALISYS)
     read_tsv(path, unit="mm", rate_hz=100.0)
-    with pytest.raises(UsageError, match="--unit m contradicts"):
-        read_tsv(path, unit="m")
+    plain, other = read_tsv(path), read_tsv(path, unit="m")
+    assert other.traps[0] == "--unit m is taken, though the file says mm"
+    np.testing.assert_allclose(
+        other.recording.markers.positions, 1e3 * plain.recording.markers.positions
+    )
 
 
 # --- MOT ----------------------------------------------------------------------------

@@ -48,11 +48,16 @@ def test_a_unit_that_is_missing_is_still_asked_for(pair):
         compared(pair, rate_hz=120.0)
 
 
-@pytest.mark.parametrize("wrong", [{"unit": "mm"}, {"rate_hz": 121.0}])
-def test_an_option_that_no_file_needs_and_all_contradict_is_refused(pair, wrong):
+def test_a_rate_that_no_file_needs_and_all_contradict_is_refused(pair):
     with pytest.raises(UsageError, match=r"contradicts|says|--"):
-        compared((pair[1], pair[1]), **wrong)
+        compared((pair[1], pair[1]), rate_hz=121.0)
     assert compared((pair[1], pair[1]), unit="m", rate_hz=120.0).warnings == ()
+
+
+def test_a_unit_that_no_file_needs_and_all_contradict_is_taken(pair):
+    warned = compared((pair[1], pair[1]), unit="mm").warnings
+    taken = f"{pair[1]}: --unit mm is taken, though the file says m"
+    assert warned.count(taken) == 2
 
 
 def test_subjects_are_compared_and_every_figure_has_a_meaning(tmp_path):

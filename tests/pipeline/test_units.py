@@ -5,11 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from handclean.errors import HandcleanError
+from handclean.gaps.settings import FillConfig
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import template_subject
+from handclean.ik.settings import SolveConfig
 from handclean.ik.take import solve
+from handclean.io import files
+from handclean.io.subject import write_subject
+from handclean.pipeline.batch import Source
+from handclean.pipeline.choices import Filling, Solving
+from handclean.pipeline.steps.fill_gaps import fill_gaps
 from handclean.pipeline.steps.solve import doubts
+from handclean.pipeline.steps.solve import solve as solve_step
 from handclean.recording import Recording, trajectories
 
 
@@ -29,3 +38,58 @@ def test_solving_in_a_wrong_unit_asks_for_the_unit(factor):
     else:
         assert f"{factor:.3g} times as far apart as this subject's" in found[0]
         assert "is the unit right? (--unit)" in found[1]
+
+
+def filling(source):
+    return fill_gaps(source, Filling(fill=FillConfig(), solve=SolveConfig()))
+
+
+def solving(source):
+    return solve_step(source, Solving(solve=SolveConfig(), standard=False))
+
+
+@pytest.fixture
+def hand(tmp_path, rng):
+    """A subject's file, and what writes its take in some unit, among other markers."""
+    subject = template_subject(load_marker_set("maycock26"), "right")
+    subject = replace(subject, marker_sigma=np.full(26, 5e-4), calibrated=True)
+    write_subject(tmp_path / "s.h5", subject)
+    poses = np.tile(neutral_pose(subject.model.tree), (40, 1))
+    poses[:, :3] = [0.3, 0.2, 1.0]
+    places = marker_positions(subject.model, poses)
+    places += rng.normal(scale=2e-4, size=places.shape)
+    body = rng.uniform(-1.0, 1.0, size=(5, 3)) + np.zeros((40, 5, 3))
+    labels = (*subject.model.labels, *(f"BODY{n}" for n in range(5)))
+
+    def write(factor, some=slice(None)):
+        path = tmp_path / "take.c3d"
+        markers = trajectories(factor * np.hstack([places, body]), labels)
+        markers.positions[20:24, some][:, 3] = np.nan
+        files.write(path, Recording(rate=100.0, frames=40, markers=markers))
+        return {"path": path, "subjects": (tmp_path / "s.h5",), "target": ".h5"}
+
+    return write
+
+
+@pytest.mark.parametrize("step", [solving, filling])
+@pytest.mark.parametrize(
+    ("factor", "right", "says"),
+    [(1e3, "mm", "m"), (1e-3, "m", "mm"), (0.1, "cm", "mm")],
+)
+def test_no_step_goes_on_where_no_frame_fits_for_the_unit(
+    hand, step, factor, right, says
+):
+    given = hand(factor)
+    with pytest.raises(HandcleanError, match=r"no frame fits .*\(--unit\)"):
+        step(Source(**given))
+    if says == "mm":  # as a C3D of ours does
+        done = step(Source(**given, unit=right))
+        taken = f"--unit {right} is taken, though the file says mm"
+        assert [w for w in done.warnings if "--unit" in w] == [taken]
+    with pytest.raises(HandcleanError, match="no frame fits"):
+        step(Source(**given, unit={"mm": "m", "m": "cm", "cm": "m"}[right]))
+
+
+@pytest.mark.parametrize("step", [solving, filling])
+def test_a_hand_of_its_size_among_other_markers_is_taken_as_it_is(hand, step):
+    assert not [w for w in step(Source(**hand(1.0))).warnings if "unit" in w]

@@ -78,5 +78,8 @@ def calibrate_hand_scan(sources: tuple[Source, ...], settings: Scanning) -> Outc
     figures["landmarks_mm"] = {k: 1e3 * v for k, v in report.landmarks_away_m.items()}
     figures["lengths_mm"] = {k: 1e3 * v for k, v in report.lengths_m.items()}
     return Outcome(
-        line=line, figures=figures, warnings=report.warnings, writers=(write,)
+        line=line,
+        figures=figures,
+        warnings=(*mesh.traps, *report.warnings),
+        writers=(write,),
     )

@@ -86,8 +86,8 @@ def _read(sources: tuple[Source, ...]) -> list[Recording]:
     Raises
     ------
     UsageError
-        If a file needs what is not given, or an option that none needs contradicts
-        them all.
+        If a file needs what is not given, or a rate that none needs contradicts them
+        all. A unit that none needs and all contradict is taken.
     """
     takes, told = [], []
     for source in sources:
@@ -101,9 +101,15 @@ def _read(sources: tuple[Source, ...]) -> list[Recording]:
                 continue
             told.append(one)
             break
-    for name in ("rate_hz", "unit"):
-        if all(getattr(one, name) is None for one in told):
-            _expect_agreement(sources, told, name)
+    if all(one.rate_hz is None for one in told):
+        _expect_agreement(sources, told)
+    if sources[0].unit is not None and all(one.unit is None for one in told):
+        again = [
+            sessions.read(replace(one, unit=source.unit))
+            for source, one in zip(sources, told, strict=True)
+        ]
+        if all(map(sessions.overruled, sources, again)):
+            return again
     return takes
 
 
@@ -116,23 +122,20 @@ def _told(source: Source, names: tuple[str, ...]) -> Source:
     )
 
 
-def _expect_agreement(
-    sources: tuple[Source, ...], told: list[Source], name: str
-) -> None:
-    """Expect an option that no file needed to be what one of them says.
+def _expect_agreement(sources: tuple[Source, ...], told: list[Source]) -> None:
+    """Expect a rate that no file needed to be what one of them says.
 
     Raises
     ------
     UsageError
         If it contradicts them all.
     """
-    if getattr(sources[0], name) is None:
+    if sources[0].rate_hz is None:
         return
     wrong: UsageError | None = None
     for source, one in zip(sources, told, strict=True):
-        needed = [n for n in ("rate_hz", "unit") if getattr(one, n) is not None]
         try:
-            sessions.read(_told(source, (*needed, name)))
+            sessions.read(replace(one, rate_hz=source.rate_hz))
         except UsageError as error:
             wrong = wrong or error
         else:

@@ -1,6 +1,7 @@
 """Any format in, any format out."""
 
 from handclean.io.keeps import kept
+from handclean.io.oddities import wrong_size
 from handclean.pipeline import sessions, shapes, skins
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Converting
@@ -42,7 +43,7 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
         recording,
         in_words(figures),
         figures,
-        (*sessions.traps(source, recording), *odd),
+        (*sessions.traps(source, recording), *wrong_size(recording), *odd),
         surfaces,
         unnamed=unnamed,
     )

@@ -10,6 +10,7 @@ from handclean.pipeline.choices import Filling
 from handclean.pipeline.outcome import Outcome
 from handclean.pipeline.steps.solve import (
     doubts,
+    expect_fits,
     expect_sides,
     misplaced,
     untold,
@@ -48,6 +49,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
             name=name,
         )
         parts.append(part)
+    expect_fits(recording, found)
     expect_sides(recording, found, prior)
     figures = of_hands(parts)
     return sessions.outcome(

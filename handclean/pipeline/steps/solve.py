@@ -4,15 +4,16 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from handclean.errors import HandcleanError
+from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import Subject
 from handclean.ik import suspects, unseen
 from handclean.ik.mirror import expect_side
-from handclean.ik.plausible import remark
+from handclean.ik.plausible import plausible, remark
 from handclean.ik.prior import PosturePrior, knowing
 from handclean.ik.solve import markers_of
 from handclean.ik.take import solve as solve_take
-from handclean.labels.points import cloud_of
-from handclean.labels.size import unit_hint
+from handclean.labels.size import markers_unit_hint
 from handclean.pipeline import bridged, hands, names, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Solving
@@ -54,6 +55,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
         recording = solve_take(
             recording, subject, name=name, prior=prior, settings=settings.solve
         )
+    expect_fits(recording, found)
     expect_sides(recording, found, prior)
     figures = {**of_motions(recording, found), "kept": len(kept)}
     return sessions.outcome(
@@ -84,6 +86,38 @@ def expect_sides(
         expect_side(subject, markers_of(recording, subject.model), residual, prior)
 
 
+def expect_fits(recording: Recording, found: Mapping[str, Subject]) -> None:
+    """Expect some frame of each hand to fit, where its markers are not of its size.
+
+    Raises
+    ------
+    HandcleanError
+        If none does, and markers are ten or more times too far apart, or too close, or
+        residuals are longer than the hand.
+    """
+    for name, subject in found.items():
+        model, residual = subject.model, recording.motions[name].residual
+        positions = markers_of(recording, model)
+        seen = np.asarray(np.isfinite(positions).all(axis=2))
+        if residual is None or not np.isfinite(residual).any():
+            continue
+        usual = float(np.nanmedian(residual))
+        near = plausible(subject, seen, residual) & np.isfinite(residual)
+        wrong = "" if near.any() else markers_unit_hint(positions, model)
+        places = marker_positions(model, neutral_pose(model.tree)[None])[0]
+        if not wrong and not near.any() and usual > np.ptp(places, axis=0).max() > 0.0:
+            wrong = "are these its markers, and is the unit right? (--unit)"
+        if wrong:
+            raise HandcleanError(
+                f"take: no frame fits the hand of '{subject.name}' (residual "
+                f"{_length(usual)}); {wrong}"
+            )
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.2g} m" if metres >= 0.095 else f"{1e3 * metres:.2g} mm"
+
+
 def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
     """Say which solved hands hardly look like the subject they were solved with.
 
@@ -93,7 +127,8 @@ def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...
     for name, subject in found.items():
         text = remark(recording, subject, name)
         if text:
-            words += [text, unit_hint(cloud_of(recording), subject.model)]
+            positions = markers_of(recording, subject.model)
+            words += [text, markers_unit_hint(positions, subject.model)]
     return tuple(text for text in words if text)
 
 
