@@ -6,7 +6,7 @@ length. We write centimetres, the frames of all joints parallel in the zero post
 (the hand's x, y, z axes), the joints named as in the joint tree.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -214,7 +214,7 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
                 f"{missing} frames without a pose of '{name}' hold the last one"
             )
         head = f"{name}_" if several else ""
-        hierarchy += _bone_lines(tree, 0, head, int(several))
+        hierarchy += _bone_lines(tree, head, int(several))
         blocks += _bone_channels(tree, motion.names, held)
     hierarchy += ["}"] * several
     motion_lines = [
@@ -239,20 +239,36 @@ def _joint_lines(offset: Floats, root: bool, depth: int) -> list[str]:
     ]
 
 
-def _bone_lines(tree: JointTree, bone: int, head: str, depth: int) -> list[str]:
-    """Hierarchy of a bone and all that hang on it."""
-    tabs = "\t" * depth
-    kind = "ROOT" if depth == 0 else "JOINT"
-    lines = [f"{tabs}{kind} {head}{tree.joints[bone]}", tabs + "{"]
-    lines += _joint_lines(tree.offsets[bone], bone == 0, depth + 1)
-    children = np.flatnonzero(tree.parents == bone)
-    for child in children:
-        lines += _bone_lines(tree, int(child), head, depth + 1)
-    if not len(children):
-        tip = " ".join(f"{100 * x:.9f}" for x in _tip(tree, bone))
-        lines += [f"{tabs}\tEnd Site", tabs + "\t{", f"{tabs}\t\tOFFSET {tip}"]
-        lines.append(tabs + "\t}")
-    return [*lines, tabs + "}"]
+def _bone_lines(tree: JointTree, head: str, depth: int) -> list[str]:
+    """Hierarchy of a tree, the root ``depth`` joints deep."""
+    below = _children(tree)
+    lines: list[str] = []
+    left = [(0, depth, "")]
+    while left:
+        bone, depth, end = left.pop()
+        if end:
+            lines.append(end)
+            continue
+        tabs = "\t" * depth
+        kind = "ROOT" if depth == 0 else "JOINT"
+        lines += [f"{tabs}{kind} {head}{tree.joints[bone]}", tabs + "{"]
+        lines += _joint_lines(tree.offsets[bone], bone == 0, depth + 1)
+        left.append((bone, depth, tabs + "}"))
+        left += [(child, depth + 1, "") for child in reversed(below[bone])]
+        if not below[bone]:
+            tip = " ".join(f"{100 * x:.9f}" for x in _tip(tree, bone))
+            lines += [f"{tabs}\tEnd Site", tabs + "\t{", f"{tabs}\t\tOFFSET {tip}"]
+            lines.append(tabs + "\t}")
+    return lines
+
+
+def _children(tree: JointTree) -> list[list[int]]:
+    """Bones that hang on each bone."""
+    below: list[list[int]] = [[] for _ in tree.bones]
+    for bone, up in enumerate(tree.parents.tolist()):
+        if up >= 0:
+            below[up].append(bone)
+    return below
 
 
 def _tip(tree: JointTree, bone: int) -> Floats:
@@ -270,7 +286,7 @@ def _bone_channels(
     """Channel values of a tree's bones in the order of their lines."""
     angles = dict(zip(hinges, poses[:, 7:].T, strict=True))
     blocks: list[Floats] = [100.0 * poses[:, :3]]
-    for bone in _depth_first(tree, 0):
+    for bone in _depth_first(tree):
         turn = matrix_from_quaternion(poses[:, 3:7])
         if bone:
             turn = np.tile(np.eye(3), (len(poses), 1, 1))
@@ -282,7 +298,10 @@ def _bone_channels(
     return blocks
 
 
-def _depth_first(tree: JointTree, bone: int) -> Iterator[int]:
-    yield bone
-    for child in np.flatnonzero(tree.parents == bone):
-        yield from _depth_first(tree, int(child))
+def _depth_first(tree: JointTree) -> list[int]:
+    """Bones in the order of their lines."""
+    below, left, found = _children(tree), [0], []
+    while left:
+        found.append(left.pop())
+        left += reversed(below[found[-1]])
+    return found

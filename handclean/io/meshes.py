@@ -35,6 +35,9 @@ _HAND = (0.08, 0.6)
 _CORE = (2.0, 98.0)
 """[%] between these the size is taken, so that a few outliers do not make it."""
 
+_FARTHEST = 1e9
+"""No coordinate is larger in any unit."""
+
 _STL_HEAD = 80
 
 
@@ -204,9 +207,9 @@ def _check(path: Path, raw: Ply) -> None:
     if not len(raw.vertices):
         raise FileError(path, "has no vertices")
     count = len(raw.vertices)
-    bad = np.flatnonzero(~np.isfinite(raw.vertices).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(raw.vertices) < _FARTHEST).all(axis=1))
     if len(bad):
-        wrong = f"{len(bad)} of {count} vertices are not numbers"
+        wrong = f"{len(bad)} of {count} vertices are not numbers, or too large"
         raise FileError(path, f"{wrong}, the first is vertex {bad[0]}")
     if raw.faces.size and not 0 <= raw.faces.min() <= raw.faces.max() < count:
         right = f"its vertices are 0 to {count - 1}"
@@ -252,7 +255,8 @@ def _length(metres: float) -> str:
 
 
 def _unit_length(normals: Floats) -> Floats:
-    size = np.linalg.norm(normals, axis=1, keepdims=True)
-    good = np.isfinite(size) & (size > 0.0)
-    out: Floats = np.where(good, normals / np.where(good, size, 1.0), 0.0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = np.linalg.norm(normals, axis=1, keepdims=True)
+        good = np.isfinite(size) & (size > 0.0)
+        out: Floats = np.where(good, normals / np.where(good, size, 1.0), 0.0)
     return out

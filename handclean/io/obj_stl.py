@@ -121,7 +121,8 @@ def _normals(
         raise FileError(path, "a face names a normal that is not there", right)
     inside = used & (vertex >= 0) & (vertex < count)
     total = np.zeros((count, 3))
-    np.add.at(total, vertex[inside], given[normal[inside]])
+    with np.errstate(over="ignore", invalid="ignore"):
+        np.add.at(total, vertex[inside], given[normal[inside]])
     times = np.bincount(vertex[inside], minlength=count)
     if not times.all():
         return None

@@ -1,5 +1,6 @@
 """BVH: our hierarchies out, any in, and through joint maps to hinge angles."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from handclean.io.bvh import BvhMotion, read_bvh, write_bvh
 from handclean.io.bvh_angles import map_motion, read_bvh_angles, stand_in
 from handclean.io.joint_map import SHIPPED, JointMap, load_joint_map, shipped
 from handclean.recording import Motion, Recording, motion_from_poses
+from handclean.tree import MOST_BONES, JointTree
 
 PLAIN = """HIERARCHY
 ROOT hip
@@ -679,3 +681,67 @@ def test_the_real_jump_of_92_degrees_is_found(shared_data):
     motion = read_bvh_angles(path).recording.motions["right"]
     assert not motion.trusted[2853:2917].any()
     assert motion.trusted[2800:2850].all()
+
+
+def test_a_tree_as_deep_as_there_may_be_is_written(tmp_path):
+    """A chain of bones, with one that hangs beside its end."""
+    bones = tuple(f"b{n}" for n in range(MOST_BONES))
+    parents = np.arange(-1, MOST_BONES - 1)
+    parents[-1] = MOST_BONES - 3
+    tree = JointTree(
+        kind="rigid",
+        side="",
+        bones=bones,
+        joints=bones,
+        parents=parents,
+        offsets=np.ones((MOST_BONES, 3)),
+        hinges=(),
+        hinge_bone=np.zeros(0, dtype=np.int64),
+        axes=np.zeros((0, 3)),
+        limits=np.zeros((0, 2)),
+    )
+    poses = np.zeros((2, 7))
+    poses[:, 3] = 1.0
+    write_bvh(
+        tmp_path / "a.bvh",
+        Recording(
+            rate=100.0,
+            frames=2,
+            motions={"chain": motion_from_poses((), poses)},
+            skeletons={"chain": tree},
+        ),
+    )
+    back = read_bvh(tmp_path / "a.bvh")
+    assert back.names == bones
+    np.testing.assert_array_equal(back.parents, parents)
+
+
+def test_many_objects_beside_a_hand_cost_little(tmp_path):
+    hand = template("right")
+    poses = np.zeros((2, 7 + len(hand.hinges)))
+    poses[:, 3] = 1.0
+    cups = {
+        f"cup{n}": replace(
+            hand,
+            kind="rigid",
+            side="",
+            bones=("root",),
+            joints=("root",),
+            parents=np.array([-1]),
+            offsets=np.zeros((1, 3)),
+            hinges=(),
+            hinge_bone=np.zeros(0, dtype=np.int64),
+            axes=np.zeros((0, 3)),
+            limits=np.zeros((0, 2)),
+        )
+        for n in range(2000)
+    }
+    motions = {"right": motion_from_poses(hand.hinges, poses)}
+    motions |= {name: motion_from_poses((), poses[:, :7]) for name in cups}
+    trees = {"right": hand, **cups}
+    take = Recording(rate=100.0, frames=2, motions=motions, skeletons=trees)
+    write_bvh(tmp_path / "a.bvh", take)
+    began = time.process_time()
+    back = read_bvh_angles(tmp_path / "a.bvh").recording
+    assert time.process_time() - began < 5.0
+    assert set(back.motions) == set(motions)

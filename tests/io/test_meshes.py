@@ -134,6 +134,7 @@ def test_of_an_obj_vertices_faces_and_normals_are_taken_in_their_order(tmp_path)
         ("v 1 2", "too few numbers"),
         ("v 1 2 x", "could not convert"),
         ("v 1 2 nan", "are not numbers"),
+        ("v 1 2 1e300", "or too large"),
     ],
 )
 def test_what_is_wrong_in_an_obj_is_said_at_once(tmp_path, line, message):
@@ -291,7 +292,7 @@ HEAD = "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty flo
         (
             "a.ply",
             (HEAD.format(1) + "property float z\nend_header\n1 nan 3\n").encode(),
-            "1 of 1 vertices are not numbers, the first is vertex 0",
+            "1 of 1 vertices are not numbers, or too large, the first is vertex 0",
         ),
         (
             "a.ply",
