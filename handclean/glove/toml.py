@@ -26,10 +26,10 @@ def load(
     """
     path = Path(name)
     if path.suffix != ".toml":
-        path = folder / f"{name}.toml"
-        if not path.is_file():
-            known = sorted(p.stem for p in folder.glob("*.toml"))
+        known = sorted(p.stem for p in folder.glob("*.toml"))
+        if str(name) not in known:
             raise UnknownNameError(kind, kind, str(name), known)
+        path = folder / f"{name}.toml"
     return path, _with(path, read_toml(path, f"not a {kind}"), kind, table)
 
 

@@ -91,12 +91,19 @@ def _direction(path: Path, back: Any) -> Floats:
         direction = np.array(back, dtype=float)
     except (TypeError, ValueError):
         direction = np.zeros(0)
-    if direction.shape != (3,) or not 0 < np.linalg.norm(direction) < np.inf:
+    if not is_direction(direction):
         raise FileError(
             path, "no back", "back = [x, y, z], out of the back of the hand"
         )
     unit: Floats = direction / np.linalg.norm(direction)
     return unit
+
+
+def is_direction(numbers: Floats) -> bool:
+    """Whether numbers are a vector that is neither too short nor too long for one."""
+    if numbers.shape != (3,) or not (np.abs(numbers) < 1e9).all():
+        return False
+    return bool(np.linalg.norm(numbers) > 1e-9)
 
 
 def _bones(path: Path, bones: Any) -> dict[str, str]:

@@ -20,7 +20,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import FileError, UnknownNameError, UsageError
 from handclean.hand.template import FINGERS, template
-from handclean.io.joint_map import SHIPPED, JointMap, load_joint_map
+from handclean.io.joint_map import SHIPPED, JointMap, is_direction, load_joint_map
 from handclean.toml import read_toml
 
 
@@ -111,6 +111,6 @@ def _axis(path: Path, value: Any) -> Floats | None:
         axis = np.array(value, dtype=float)
     except (TypeError, ValueError):
         axis = np.zeros(0)
-    if axis.shape != (3,) or not 0.0 < np.linalg.norm(axis) < np.inf:
+    if not is_direction(axis):
         raise FileError(path, f"flexion is {value!r:.60}", "give an axis [x, y, z]")
     return axis / float(np.linalg.norm(axis))

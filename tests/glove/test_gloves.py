@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from handclean.errors import FileError, UnknownNameError
+from handclean.errors import FileError, HandcleanError, UnknownNameError
 from handclean.glove.gloves import (
     SHIPPED,
     glove_from_text,
@@ -158,3 +158,18 @@ def test_poses_of_ones_own_are_read_from_a_file(tmp_path):
     path.write_text("[claw]\nindex_pip_flexion = 90.0\n")
     pose = key_pose(f"{path}:claw")
     assert pose == {"index_pip_flexion": pytest.approx(np.pi / 2)}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f'hand = "{"x" * 5000}"\n[[rotation]]\n', "no hand of gloves is called 'xxx"),
+        ('reading = 1\nhand = "wang2013"\nsensors = ["a"]\nname = "g"\n', "no table"),
+    ],
+)
+def test_odd_values_of_a_glove_are_told(tmp_path, text, message):
+    path = tmp_path / "g.toml"
+    row = '[[rotation]]\nname = "index_pip_flexion"\nmeasured_by = "a"\n'
+    path.write_text(text.replace("[[rotation]]\n", "") + row)
+    with pytest.raises(HandcleanError, match=message):
+        load_glove(path)

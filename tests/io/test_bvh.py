@@ -607,6 +607,7 @@ def test_shipped_maps_name_the_bones_of_the_template():
         ("unit_m = 0", "no unit_m"),
         ("unit_m = 1\nback = [0, 0]", "no back"),
         ("unit_m = 1\nback = [0, 0, 0]", "no back"),
+        ("unit_m = 1\nback = [0, 1e200, 0]", "no back"),
         ("unit_m = 1\nback = [0, 0, 1]", r"no \[bones\]"),
         ("unit_m = 1\nback = [0, 0, 1]\n[bones]\nhand = 3", "no joint's name"),
         ("back = [", "not a joint map"),

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import struct
+import time
 
 import numpy as np
 import pytest
@@ -247,3 +248,45 @@ def test_any_byte_may_be_wrong_and_any_end_missing(tmp_path_factory, whole, data
     with contextlib.suppress(HandcleanError):
         found = import_hand(read_glb(path), MAP)
         assert np.isfinite(found.subject.surface.vertices).all()
+
+
+@pytest.mark.parametrize("shape", ["chain", "star"])
+def test_thousands_of_nodes_below_a_joint_cost_little(tmp_path, whole, shape):
+    tree, block = json.loads(json.dumps(whole[0])), whole[1]
+    count, more = len(tree["nodes"]), 15_000
+    tree["nodes"] += [{"name": f"n{n}"} for n in range(more)]
+    if shape == "chain":
+        for n in range(count, count + more - 1):
+            tree["nodes"][n]["children"] = [n + 1]
+    below = [count] if shape == "chain" else list(range(count, count + more))
+    tree["nodes"][1].setdefault("children", []).extend(below)
+    path = tmp_path / "m.glb"
+    path.write_bytes(packed(tree, block))
+    began = time.process_time()
+    found = import_hand(read_glb(path), MAP)
+    assert time.process_time() - began < 5.0
+    assert len(found.subject.surface.vertices) == 48
+
+
+def test_accessors_may_not_name_the_same_bytes_for_ever(tmp_path, whole):
+    tree = json.loads(json.dumps(whole[0]))
+    view = len(tree["bufferViews"])
+    tree["bufferViews"].append({"buffer": 0, "byteLength": 2**20})
+    row = {"bufferView": view, "componentType": 5121, "type": "SCALAR", "count": 2**20}
+    first = len(tree["accessors"])
+    tree["accessors"] += [dict(row) for _ in range(100)]
+    path = tmp_path / "m.glb"
+    path.write_bytes(packed(tree, whole[1] + bytes(2**20)))
+    glb = read_glb(path)
+    for n in range(4):
+        accessor(glb, first + n, 1, "times")
+    with pytest.raises(FileError, match="the same bytes again and again"):
+        all(len(accessor(glb, first + n, 1, "times")) for n in range(4, 100))
+
+
+def test_json_nested_deeper_than_anybody_reads_is_refused(tmp_path, whole):
+    tree = whole[0] | {"extras": json.loads("[" * 300 + "]" * 300)}
+    path = tmp_path / "m.glb"
+    path.write_bytes(packed(tree, whole[1]))
+    with pytest.raises(FileError, match="nested more than 50 deep"):
+        read_glb(path)
