@@ -81,6 +81,9 @@ FIGURES = {
 
 _OF_GLOVES = ("handclean glove samples", "handclean glove calibration")
 
+_OF_ANY = ("format", "parts", "traps")
+"""Figures of HDF5 of a kind that is not known; its attributes may be called anything."""
+
 _MORE = {"point": " without a name", "joint": " with angles"}
 
 
@@ -99,7 +102,8 @@ def inspect(source: Source, settings: None) -> Outcome:
             found = glove.inspect_glove(source.path, about)
         new = [line for line in broken if line not in found["traps"]]
         about = {**found, "traps": [*new, *found["traps"]]}
-    figures = {name: about.pop(name) for name in FIGURES if name in about}
+    known = _OF_ANY if "parts" in about else FIGURES
+    figures = {name: about.pop(name) for name in known if name in about}
     if "markers" in figures:
         figures["marker_count"] = len(figures["markers"])
     figures["trap_count"] = len(figures.setdefault("traps", []))
