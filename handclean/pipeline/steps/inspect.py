@@ -82,7 +82,7 @@ FIGURES = {
 _OF_GLOVES = ("handclean glove samples", "handclean glove calibration")
 
 _OF_ANY = ("format", "parts", "traps")
-"""Figures of HDF5 of a kind that is not known; its attributes may be called anything."""
+"""Figures of HDF5 of an unknown kind; its attributes may be called anything."""
 
 _MORE = {"point": " without a name", "joint": " with angles"}
 
