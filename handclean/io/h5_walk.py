@@ -58,7 +58,7 @@ _PACKED = 1100
 _SPARSE = 2**20
 """[bytes] that a dataset may claim whatever is stored of it."""
 
-_ROOM = 2**27
+_ROOM = 2**24
 """[bytes] of memory for the library itself."""
 
 BROKEN = (
@@ -420,7 +420,7 @@ def _limit_memory(path: str) -> None:
     with suppress(OSError, ValueError):
         with open("/proc/self/statm") as file:
             now = int(file.read().split()[0]) * resource.getpagesize()
-        room = _ROOM + 2 * most(os.stat(path).st_size)
+        room = _ROOM + most(os.stat(path).st_size)
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
         resource.setrlimit(resource.RLIMIT_AS, (now + room, hard))
 
