@@ -99,7 +99,7 @@ class Glb:
             If the index is not one of it.
         """
         rows = self.rows(name)
-        if not isinstance(index, int) or not 0 <= index < len(rows):
+        if type(index) is not int or not 0 <= index < len(rows):
             raise self.fail(f"{name} {index!r:.40} is not one of its {len(rows)}")
         return rows[index]
 
@@ -112,7 +112,7 @@ class Glb:
             If it is none.
         """
         value = row.get(key, default)
-        if not isinstance(value, int) or not 0 <= value < 2**40:
+        if type(value) is not int or not 0 <= value < 2**40:
             raise self.fail(f"{key} is {value!r:.40}", "a whole number of at least 0")
         return value
 

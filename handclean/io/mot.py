@@ -116,6 +116,8 @@ def inspect_mot(path: Path) -> dict[str, Any]:
         lines, Form(columns=len(names), delimiter=None), traps, lenient=True
     )
     times = table[:, 0]
+    if not (np.abs(times) < 1e15).all():
+        raise FileError(path, "a time is missing, or no number of seconds")
     steps = np.diff(times)
     step = float(np.median(steps)) if len(steps) else 0.0
     if said.get("nrows", str(len(table))) != str(len(table)):

@@ -285,7 +285,8 @@ def _cut(path: Path, element: _Element) -> FileError:
 
 
 def _stacked(columns: dict[str, Any], names: Any) -> Floats:
-    arrays = [np.asarray(columns[name], dtype=np.float64) for name in names]
+    with np.errstate(invalid="ignore"):  # NaN may be of a kind that warns
+        arrays = [np.asarray(columns[name], dtype=np.float64) for name in names]
     return np.column_stack(arrays)
 
 

@@ -290,3 +290,12 @@ def test_json_nested_deeper_than_anybody_reads_is_refused(tmp_path, whole):
     path.write_bytes(packed(tree, whole[1]))
     with pytest.raises(FileError, match="nested more than 50 deep"):
         read_glb(path)
+
+
+def test_true_is_no_index(tmp_path, whole):
+    tree = json.loads(json.dumps(whole[0]))
+    tree["skins"][0]["joints"][0] = True
+    path = tmp_path / "m.glb"
+    path.write_bytes(packed(tree, whole[1]))
+    with pytest.raises(FileError, match="nodes True is not one of its"):
+        import_hand(read_glb(path), MAP)
