@@ -103,7 +103,8 @@ rate = click.option(
 unit = click.option(
     "--unit",
     type=click.Choice(["mm", "cm", "m"]),
-    help="Unit of length, for files that do not say.",
+    help="Unit of length, for files that do not say; where one says another, this is "
+    "taken, with a warning.",
 )
 lenient = click.option(
     "--lenient", is_flag=True, help="Save what can be saved of a damaged file."

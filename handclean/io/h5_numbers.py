@@ -190,7 +190,9 @@ def _unshuffled(values: NDArray[np.uint8], size: int) -> NDArray[np.uint8]:
         return values
     out = np.zeros(len(values), np.uint8)
     planes = values[: count * size].reshape(size, count)
-    out[: count * size].reshape(count, size)[...] = planes.T
+    numbers = out[: count * size].reshape(count, size)
+    for place, plane in enumerate(planes):  # in half the time of a transposed copy
+        numbers[:, place] = plane
     out[count * size :] = values[count * size :]
     return out
 

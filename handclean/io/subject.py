@@ -24,6 +24,9 @@ from handclean.io.provenance import provenance_from, provenance_item
 
 FORMAT = "handclean subject"
 
+_MOST_SIGMA_M = 1.0
+"""[m] no marker of a hand is less sure than this; chosen, only to bound what is read."""
+
 _OTHERS = (
     (
         (".c3d", ".trc", ".csv", ".tsv", ".bvh", ".mot"),
@@ -106,6 +109,9 @@ def read_subject(path: Path) -> Subject:
         raise markers.fail(f"bone should be 0 to {len(tree.bones) - 1}")
     if len(set(labels)) != count:
         raise markers.fail("labels should be unique")
+    sigma = markers.array("sigma", "m", np.float64, count)
+    if np.any((sigma < 0.0) | (sigma > _MOST_SIGMA_M)):
+        raise markers.fail(f"sigma should be 0 to {_MOST_SIGMA_M:g} m, or NaN")
     errors = part.part("errors")
     names = errors.names("names") if errors.has("names") else ()
     values = errors.array("values", "", np.float64, len(names)) if names else ()
@@ -113,7 +119,7 @@ def read_subject(path: Path) -> Subject:
         name=part.text("name", "") or _called(path),
         model=Model(tree=tree, labels=labels, bone=bone, at=at),
         marker_set=part.text("marker_set", ""),
-        marker_sigma=markers.array("sigma", "m", np.float64, count),
+        marker_sigma=sigma,
         errors=dict(zip(names, map(float, values), strict=True)),
         calibrated=bool(part.attrs.get("calibrated", True)),
         surface=_surface_from(part, len(tree.bones)),

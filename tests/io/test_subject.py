@@ -143,9 +143,9 @@ def spoilt(path, at, value, units=""):
         (lambda p: spoilt(p, "markers/labels", ["x" * 10**6] * 8), "1000000 char"),
         (lambda p: spoilt(p, "skeleton/bones", ["x" * 10**6] * 16), "1000000 char"),
         (lambda p: scaled(p, 0.0), "scale should be a number above 0, not 0"),
-        (lambda p: scaled(p, np.nan), "scale should be a number above 0, not nan"),
+        (lambda p: scaled(p, np.nan), "scale is nan; all its numbers should be finite"),
         (lambda p: scaled(p, -1.0), "scale should be a number above 0, not -1"),
-        (lambda p: scaled(p, np.inf), "scale should be a number above 0, not inf"),
+        (lambda p: scaled(p, np.inf), "scale is inf; all its numbers should be finite"),
     ],
 )
 def test_a_subject_of_impossible_size_is_refused_in_little_memory(
@@ -162,6 +162,18 @@ def test_a_subject_of_impossible_size_is_refused_in_little_memory(
     assert peak < 5e7 + 20 * path.stat().st_size
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("sigma", [-1e-3, 1.5, 1e308])
+def test_a_sigma_that_no_marker_has_is_refused(tmp_path, sigma):
+    path = tmp_path / "s.h5"
+    subject = template_subject(load_marker_set("schroeder8"), "right")
+    write_subject(path, subject)
+    spoilt(path, "markers/sigma", np.full(8, sigma), "m")
+    with pytest.raises(FileError, match="sigma should be 0 to 1 m, or NaN"):
+        read_subject(path)
+    spoilt(path, "markers/sigma", np.full(8, np.nan), "m")
+    assert np.isnan(read_subject(path).marker_sigma).all()
 
 
 def scaled(path, scale):
@@ -190,5 +202,5 @@ def test_a_whole_tree_of_20_000_bones_is_refused_at_once(tmp_path):
         for n in range(1, count)
     )
     (tmp_path / "s.toml").write_text(bones)
-    with pytest.raises(FileError, match="20000 bones; 1000 are the most"):
+    with pytest.raises(FileError, match="20000 .*bone.*at most 1000"):
         read_subject(tmp_path / "s.toml")
