@@ -35,7 +35,8 @@ def unpacked(tmp_path_factory):
         [
             sys.executable,
             "-c",
-            "from setuptools import build_meta as b; b.build_sdist('out')",
+            "import sys; sys.path.insert(0, '.ci'); import build_backend as b; "
+            "b.build_sdist('out')",
         ],
         cwd=tree,
         capture_output=True,
@@ -51,6 +52,7 @@ def unpacked(tmp_path_factory):
 def test_a_source_distribution_has_every_file(unpacked):
     known, inside = unpacked
     assert {"Makefile", "requirements-lock.txt", "configs/default.toml"} <= known
+    assert {".ci/build_backend.py", ".ci/run"} <= known
     assert {"tests/conftest.py", "sample_sessions/S01.subject.h5"} <= known
     assert known - files(inside) == set()
 

@@ -25,7 +25,7 @@ from handclean.io.provenance import provenance_from, provenance_item
 FORMAT = "handclean subject"
 
 _MOST_SIGMA_M = 1.0
-"""[m] no marker of a hand is less sure than this; chosen, only to bound what is read."""
+"""[m] no marker of a hand is less sure; chosen, only to bound what is read."""
 
 _OTHERS = (
     (

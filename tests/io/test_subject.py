@@ -202,5 +202,5 @@ def test_a_whole_tree_of_20_000_bones_is_refused_at_once(tmp_path):
         for n in range(1, count)
     )
     (tmp_path / "s.toml").write_text(bones)
-    with pytest.raises(FileError, match="20000 .*bone.*at most 1000"):
+    with pytest.raises(FileError, match=r"20000 .*bone.*at most 1000"):
         read_subject(tmp_path / "s.toml")
