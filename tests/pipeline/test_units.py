@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from handclean.errors import HandcleanError
+from handclean.errors import TAKE, HandcleanError
 from handclean.gaps.settings import FillConfig
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
@@ -88,6 +88,19 @@ def test_no_step_goes_on_where_no_frame_fits_for_the_unit(
         assert [w for w in done.warnings if "--unit" in w] == [taken]
     with pytest.raises(HandcleanError, match="no frame fits"):
         step(Source(**given, unit={"mm": "m", "m": "cm", "cm": "m"}[right]))
+
+
+@pytest.mark.parametrize("step", [solving, filling])
+def test_a_subject_far_larger_than_the_take_fits_no_frame(hand, tmp_path, step):
+    given = hand(1.0)
+    subject = template_subject(load_marker_set("maycock26"), "right")
+    at = subject.model.at.copy()
+    at[3] += 1e6  # [m]
+    subject = replace(subject, model=replace(subject.model, at=at))
+    write_subject(tmp_path / "s.h5", subject)
+    with pytest.raises(HandcleanError, match="no frame fits") as caught:
+        step(Source(**given))
+    assert caught.value.where == TAKE
 
 
 @pytest.mark.parametrize("step", [solving, filling])

@@ -4,8 +4,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from handclean.errors import HandcleanError
-from handclean.hand.model import marker_positions, neutral_pose
+from handclean.arrays import Bools, Floats
+from handclean.errors import TAKE, HandcleanError
+from handclean.hand.model import Model, marker_positions, neutral_pose
 from handclean.hand.subject import Subject
 from handclean.ik import suspects, unseen
 from handclean.ik.mirror import expect_side
@@ -93,7 +94,7 @@ def expect_fits(recording: Recording, found: Mapping[str, Subject]) -> None:
     ------
     HandcleanError
         If none does, and markers are ten or more times too far apart, or too close, or
-        residuals are longer than the hand.
+        residuals are longer than the hand, or than all its markers in the take.
     """
     for name, subject in found.items():
         model, residual = subject.model, recording.motions[name].residual
@@ -104,14 +105,32 @@ def expect_fits(recording: Recording, found: Mapping[str, Subject]) -> None:
         usual = float(np.nanmedian(residual))
         near = plausible(subject, seen, residual) & np.isfinite(residual)
         wrong = "" if near.any() else markers_unit_hint(positions, model)
-        places = marker_positions(model, neutral_pose(model.tree)[None])[0]
-        if not wrong and not near.any() and usual > np.ptp(places, axis=0).max() > 0.0:
+        if not wrong and not near.any() and usual > _least_span(model, positions, seen):
             wrong = "are these its markers, and is the unit right? (--unit)"
         if wrong:
             raise HandcleanError(
-                f"take: no frame fits the hand of '{subject.name}' (residual "
-                f"{_length(usual)}); {wrong}"
+                f"no frame fits the hand of '{subject.name}' (residual "
+                f"{_length(usual)}); {wrong}",
+                where=TAKE,
             )
+
+
+def _least_span(model: Model, positions: Floats, seen: Bools) -> float:
+    """[m] the longest side of the box around a hand's markers.
+
+    Of the model or, if that is shorter, of (T, M, 3) positions in the usual frame that
+    shows two or more. Infinite if neither has a length.
+    """
+    spans = [np.ptp(marker_positions(model, neutral_pose(model.tree)[None])[0], axis=0)]
+    several = seen.sum(axis=1) > 1
+    if several.any():
+        some, there = positions[several], seen[several][:, :, None]
+        low = np.where(there, some, np.inf).min(axis=1)
+        high = np.where(there, some, -np.inf).max(axis=1)
+        spans.append(np.median((high - low).max(axis=1)))
+    return min(
+        (float(np.max(span)) for span in spans if np.max(span) > 0.0), default=np.inf
+    )
 
 
 def _length(metres: float) -> str:
