@@ -25,6 +25,7 @@ from handclean.recording import (
     Analog,
     Event,
     Motion,
+    Origin,
     Points,
     Recording,
     SourceEvent,
@@ -62,6 +63,8 @@ def a_take(rng, frames=40):
     positions[5:9, 1] = np.nan
     names = tuple(f"hinge {d}" for d in range(4))
     turns = rng.normal(size=(frames, 4))
+    origin = rng.integers(0, 5, shape).astype(np.uint8)
+    origin[5:9, 1] = Origin.MISSING
     return Recording(
         rate=120.0,
         frames=frames,
@@ -72,7 +75,7 @@ def a_take(rng, frames=40):
             positions=positions,
             labels=("Zeigefinger ä", "b", ""),
             model=("right", "right", ""),
-            origin=rng.integers(0, 5, shape).astype(np.uint8),
+            origin=origin,
             sigma=rng.random(shape).astype(np.float32),
             confidence=rng.random(shape).astype(np.float32),
             source=rng.integers(-1, 9, shape).astype(np.int32),
