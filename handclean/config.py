@@ -26,6 +26,9 @@ S = TypeVar("S")
 
 SCALARS = (str, int, float, bool)
 
+_MOST_COUNT = 2**31 - 1
+"""No count is larger; compiled loops take 64 bits, and multiply."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
@@ -245,6 +248,8 @@ def _plain(where: Where, setting: Setting, value: Any) -> Any:
         plain = setting.kind(value)
     except OverflowError:
         plain = math.inf
+    if setting.kind is int and abs(plain) > _MOST_COUNT:
+        raise UsageError(f"{setting.name} should be {_MOST_COUNT} at most", where=where)
     if setting.kind is float and not math.isfinite(plain):
         raise UsageError(
             f"{setting.name} should be a finite number, not {value}", where=where

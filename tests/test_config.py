@@ -103,6 +103,8 @@ def test_tables_of_other_commands_are_left_alone(written):
         ("[fill-gaps]\nmax_gap_s = -inf", "should be a finite number, not -inf"),
         ("[fill-gaps]\nmax_gap_s = 1" + "0" * 400, "a whole number is beyond 64 bits"),
         ("[fill-gaps]\nrange_s = [0.0, inf]", "range_s should be a finite number"),
+        ("[fill-gaps]\nsamples = 2147483648", "samples should be 2147483647 at most"),
+        ("[fill-gaps]\nsamples = -2147483649", "should be 2147483647 at most"),
         ("[fill-gaps]\nsamples = 1.0", "samples should be an int, not 1.0"),
         ("[fill-gaps]\nsamples = true", "samples should be an int, not True"),
         ("[fill-gaps]\nends = 1", "ends should be a bool, not 1"),

@@ -10,6 +10,7 @@ from handclean.hand.marker_set import MarkerSet, load_marker_set
 from handclean.hand.skeleton import rigid_subject
 from handclean.hand.subject import Subject, template_subject
 from handclean.ik.prior import PosturePrior
+from handclean.io import seal
 from handclean.io.prior import read_prior
 from handclean.io.subject import read_subject
 from handclean.pipeline import needs, record
@@ -30,6 +31,11 @@ def check(batch: Batch, *, marked: bool = False, least: int = 1) -> None:
         If a subject, the marker set or the prior is not there or not one, if two
         subjects are of the same side, or if one has too few markers.
     """
+    with seal.tolerated(batch.lenient):
+        _check(batch, marked=marked, least=least)
+
+
+def _check(batch: Batch, *, marked: bool, least: int) -> None:
     found = []
     for path in batch.subjects:
         with _usage("--subject"):

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from handclean.cli.main import main
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.model import marker_positions, neutral_pose
+from handclean.hand.subject import template_subject
 from handclean.io import h5_child
 from handclean.io.session import write_session
+from handclean.io.subject import write_subject
 from handclean.recording import Recording, trajectories
 from tests.io.test_h5_child import with_ring
 from tests.io.test_seal import with_a_flipped_bit
@@ -88,3 +92,17 @@ def test_inspecting_attributes_that_are_called_like_figures_does_no_harm(capfd):
         file.attrs.update(rate="fast", markers=3, traps="none", skin=1, name=5)
     assert main(["inspect", "x.h5"]) == 0
     assert "handclean thing" in capfd.readouterr().out
+
+
+def test_a_rotten_subject_is_taken_with_a_warning_where_lenient(capfd):
+    subject = template_subject(load_marker_set("schroeder8"), "right")
+    write_subject(Path("s.h5"), subject)
+    places = marker_positions(subject.model, neutral_pose(subject.model.tree)[None])
+    markers = trajectories(np.tile(places, (5, 1, 1)), subject.model.labels)
+    write_session(Path("a.h5"), Recording(rate=100.0, frames=5, markers=markers))
+    with_a_flipped_bit(Path("s.h5"), "markers/at")
+    line = ["solve", "a.h5", "--subject", "s.h5", "-o", "b.h5"]
+    assert main(line) == 2
+    assert "s.h5: is damaged or was edited" in capfd.readouterr().err
+    assert main([*line, "--lenient"]) == 0
+    assert capfd.readouterr().err.count("s.h5 is damaged or was edited") == 1
