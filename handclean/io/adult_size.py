@@ -103,7 +103,8 @@ def _apart(positions: Floats, one: int, other: int) -> float:
 
 
 def _known(sizes: list[Size]) -> list[Size]:
-    return [size for size in sizes if np.isfinite(size.ratio)]
+    """Those of points that are there and apart: two in one place tell no size."""
+    return [size for size in sizes if 0.0 < size.ratio < np.inf]
 
 
 def _body(columns: dict[str, int], positions: Floats) -> list[Size]:

@@ -180,3 +180,4 @@ def test_names_of_fingers_tell_a_hands_size_and_others_nothing():
     assert size_of(fingers, 0.4 * at).ratio == pytest.approx(0.4, abs=0.06)
     assert np.isnan(size_of([f"M{n}" for n in range(len(places))], at).ratio)
     assert np.isnan(size_of(fingers, np.full_like(at, np.nan)).ratio)
+    assert np.isnan(size_of(fingers, np.zeros_like(at)).ratio)  # all in one place
