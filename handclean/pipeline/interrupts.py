@@ -53,6 +53,7 @@ def raising() -> Iterator[None]:
     finally:
         for signum, handler in before.items():
             signal.signal(signum, handler)
+        _State.raised = None
 
 
 @contextmanager

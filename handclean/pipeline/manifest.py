@@ -15,9 +15,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from handclean.errors import UnknownSettingError, UsageError
+from handclean.pipeline import interrupts
 
 T = TypeVar("T")
 
@@ -26,6 +27,17 @@ SIDES = ("left", "right", "both")
 
 MISSPELT = 0.75
 """Share of a column's name that has to be right for it to be meant."""
+
+MOST_LINES = 1_000_000
+MOST_BYTES = 100_000_000
+"""A manifest that has more is refused while it is read, before memory runs out.
+
+A line costs about a kilobyte once it is planned, so this many need a gigabyte; a
+hundred bytes a line are a long path. A million takes of a second's work each are twelve
+days of one core, which several manifests share better.
+"""
+
+_CHUNK = 1 << 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,18 +98,50 @@ def _like_a_column(cell: str) -> bool:
 
 def _text(name: str, where: str) -> str:
     try:
-        data = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
+        if name == "-":
+            data = _bounded(sys.stdin.buffer, where)
+        else:
+            with Path(name).open("rb") as stream:
+                data = _bounded(stream, where)
     except OSError as error:
         raise UsageError(
             f"{(error.strerror or str(error)).lower()}", where=where
         ) from None
-    if b"\0" in data:
-        raise UsageError(
-            "is not text; a manifest is CSV or a list of paths", where=where
-        )
     if b"\n" not in data:  # lines of an old Macintosh
         data = data.replace(b"\r", b"\n")
+        _expect_few(where, len(data), data.count(b"\n"))
     return os.fsdecode(data.removeprefix(b"\xef\xbb\xbf"))
+
+
+def _bounded(stream: Any, where: str) -> bytes:
+    """Read a stream to its end, unless that is too far away.
+
+    One read is one call of the system (``read1``): reading all at once never comes
+    back to Python, and so to a signal, as long as there is more.
+    """
+    chunks: list[bytes] = []
+    size = lines = 0
+    while chunk := stream.read1(_CHUNK):
+        interrupts.raise_swallowed()
+        if b"\0" in chunk:
+            raise UsageError(
+                "is not text; a manifest is CSV or a list of paths", where=where
+            )
+        size += len(chunk)
+        lines += chunk.count(b"\n")
+        _expect_few(where, size, lines)
+        chunks.append(chunk)
+    interrupts.raise_swallowed()
+    return b"".join(chunks)
+
+
+def _expect_few(where: str, size: int, lines: int) -> None:
+    """Expect no more bytes and lines than a manifest may have."""
+    if size > MOST_BYTES or lines > MOST_LINES:
+        most = f"{MOST_LINES} lines or {MOST_BYTES // 1_000_000} MB"
+        raise UsageError(
+            f"has more than {most}; it should be parted into several", where=where
+        )
 
 
 def _table(where: str, text: str, header: list[str]) -> Iterable[Line]:

@@ -2,15 +2,20 @@
 
 import io
 import os
+import signal
 import sys
+import threading
+from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from handclean.errors import UsageError
-from handclean.pipeline import manifest
+from handclean.pipeline import interrupts, manifest
+from handclean.pipeline.interrupts import Interrupted
 from handclean.pipeline.manifest import Line
 
 
@@ -70,6 +75,77 @@ def test_a_path_that_is_no_utf8_is_kept(read):
 def test_a_dash_is_stdin(monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"a.c3d\n")))
     assert names(manifest.read("-")) == ["a.c3d"]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r"])
+def test_a_manifest_may_have_so_many_lines_and_bytes(read, monkeypatch, end):
+    monkeypatch.setattr(manifest, "MOST_LINES", 100)
+    assert len(read(f"x.c3d{end}" * 100)) == 100
+    says = "has more than 100 lines or 100 MB; it should be parted into several"
+    with pytest.raises(UsageError, match=says) as caught:
+        read(f"x.c3d{end}" * 101)
+    assert caught.value.exit_status == 2
+    monkeypatch.setattr(manifest, "MOST_BYTES", 2_000_000)
+    long = "x" * 39_999 + end
+    assert len(read(long * 50)) == 50
+    with pytest.raises(UsageError, match="has more than 100 lines or 2 MB"):
+        read(long * 50 + "x")
+
+
+@pytest.mark.parametrize("feed", [b"x.c3d\n", b"input\nx", b"x" * 4000, b"\0"])
+@pytest.mark.parametrize("stdin", [True, False], ids=["stdin", "pipe"])
+def test_a_manifest_without_an_end_is_refused(feed, stdin, monkeypatch):
+    reading, writing = os.pipe()
+    feeder = threading.Thread(target=pour, args=(writing, feed * 10_000))
+    feeder.start()
+    try:
+        with open(reading, "rb") as stream:
+            if stdin:
+                monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=stream))
+            with pytest.raises(UsageError, match=r"has more than|is not text"):
+                manifest.read("-" if stdin else f"/dev/fd/{reading}")
+    finally:
+        feeder.join()
+
+
+def pour(descriptor, chunk):
+    """Write the same again and again until nobody reads it any more."""
+    with suppress(BrokenPipeError), open(descriptor, "wb", buffering=0) as stream:
+        while True:
+            stream.write(chunk)
+
+
+def test_a_signal_ends_a_list_that_goes_on(monkeypatch):
+    """Also where it comes between two reads, so that it breaks off neither."""
+    reading, writing = os.pipe()
+    ended = threading.Event()
+    in_time = []
+
+    def feed():
+        os.write(writing, b"a.c3d\n")
+        signal.pthread_kill(threading.get_ident(), signal.SIGTERM)
+        os.write(writing, b"b.c3d\n")
+        in_time.append(ended.wait(20.0))
+        os.close(writing)
+
+    feeder = threading.Thread(target=feed)
+    with open(reading, "rb") as stream:
+        monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=stream))
+        with interrupts.raising():
+            feeder.start()
+            with pytest.raises(Interrupted):
+                manifest.read("-")
+        ended.set()
+        feeder.join()
+    assert in_time == [True]
+
+
+def test_a_signal_that_was_swallowed_ends_a_list(read, monkeypatch):
+    with interrupts.raising():
+        with suppress(Interrupted):
+            signal.raise_signal(signal.SIGTERM)
+        with pytest.raises(Interrupted):
+            read("a.c3d\n")
 
 
 @pytest.mark.parametrize(
