@@ -59,6 +59,28 @@ def time_column(name: str) -> Column | None:
     return None if seconds is None else Column(seconds, True)
 
 
+def clock_of(path: Path, name: str, below: str) -> Column | None:
+    """Return what a column's name, and the unit below it, say of its times.
+
+    Parameters
+    ----------
+    below : the unit in a line of them, "" where there is none.
+
+    Raises
+    ------
+    FileError
+        If the two contradict each other.
+    """
+    said = time_column(name)
+    if said is None or not below:
+        return said
+    seconds = SECONDS.get(below.lower())
+    if seconds is not None and said.says and seconds != said.seconds:
+        wrong = f"the unit below its column '{name[:40]}' is '{below[:40]}'"
+        raise FileError(path, wrong, "the two should agree")
+    return None if seconds is None else Column(seconds, True)
+
+
 def rate_of(
     numbers: Floats, times: Floats, option: float | None, traps: list[str]
 ) -> float | None:

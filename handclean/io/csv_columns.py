@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from handclean.errors import FileError
-from handclean.io.clock import SECONDS_SAID, Column, time_column
-from handclean.io.csv_header import INDEX
+from handclean.io.clock import SECONDS_SAID, Column, clock_of
+from handclean.io.csv_header import INDEX, Head
 from handclean.io.reading import METRES, check_labels, named_unit
 
 PLACE = ("root_tx", "root_ty", "root_tz")
@@ -31,6 +31,7 @@ _WORD = re.compile(
     rf"|(?:{_NO_PLACE})[-_ .:].*",
     re.IGNORECASE | re.DOTALL,
 )
+_FOREIGN = ("in", "inch", "inches", "ft", "foot", "feet", "yd", "yard", "yards")
 _LONGEST = 40
 
 
@@ -60,23 +61,28 @@ def head_of(name: str, motions: Mapping[str, object]) -> str:
     return "" if len(motions) == 1 else f"{name}:"
 
 
-def own_layout(path: Path, names: list[str], own: dict[str, Any]) -> Layout:
+def own_layout(path: Path, head: Head, own: dict[str, Any]) -> Layout:
     """Find out which column of a file of ours holds what.
 
     Raises
     ------
     FileError
-        If a marker lacks an axis, a motion a column, or there is neither.
+        If a marker lacks an axis, a motion a column, there is neither, or units
+        stand in a line of their own.
     """
+    names = head.names
+    if any(head.units):
+        right = "its first line says the unit"
+        raise FileError(path, "has a line of units below its names", right)
     at = {name: column for column, name in enumerate(names)}
     motions = dict(own.get("motions", {}))
     used: set[str] = set()
     for name, hinges in motions.items():
-        head = head_of(name, motions)
+        start = head_of(name, motions)
         for hinge in hinges:
-            if head + hinge not in at:
-                raise FileError(path, f"has no column '{head + hinge}'")
-        used |= {head + column for column in (*hinges, *PLACE, *TURN, TRUSTED)}
+            if start + hinge not in at:
+                raise FileError(path, f"has no column '{start + hinge}'")
+        used |= {start + column for column in (*hinges, *PLACE, *TURN, TRUSTED)}
     frame = time = None
     axes: dict[str, dict[str, int]] = {}
     origins: dict[str, int] = {}
@@ -101,7 +107,7 @@ def own_layout(path: Path, names: list[str], own: dict[str, Any]) -> Layout:
     return Layout(frame, time, clock, markers, None, origins, motions, extra, at)
 
 
-def others_layout(path: Path, names: list[str]) -> Layout:
+def others_layout(path: Path, head: Head) -> Layout:
     """Find out which column of somebody else's file holds what.
 
     Raises
@@ -110,30 +116,31 @@ def others_layout(path: Path, names: list[str]) -> Layout:
         If a marker lacks an axis or has one twice, units differ, or there are no
         markers.
     """
+    names = head.names
     frame = time = None
     clock = Column(1.0, False)
     axes: dict[str, dict[str, int]] = {}
-    units: dict[str, str] = {}
+    units: dict[str, list[str]] = {}
     extra: list[str] = []
     strange: list[str] = []
-    for column, name in enumerate(names):
+    for column, (name, below) in enumerate(zip(names, head.units, strict=True)):
         found = None
         base, unit = _unit_of(name)
-        said = time_column(name)
+        stated = [one for one in (unit, below) if one]
+        said = clock_of(path, name, below)
         if frame is None and re.sub(r"[^a-z]", "", name.lower()[:40]) in _FRAME:
             frame = column
         elif time is None and said is not None:
             time, clock = column, said
-        elif (found := _OTHERS.fullmatch(base)) and (not unit or named_unit(unit)):
+        elif (found := _OTHERS.fullmatch(base)) and all(map(named_unit, stated)):
             _put(path, axes, (found["name"], found["axis"].upper()), column, names)
-            if unit:
-                units[found["name"]] = unit
+            units.setdefault(found["name"], []).extend(stated)
         elif name not in ("", INDEX):
-            extra.append(_short(name))
-            strange += [unit] if found and unit else []
+            extra.append(_short(f"{name} [{below}]" if below else name))
+            strange += stated if found else []
     for name in _no_places(axes):
         extra += [_short(names[column]) for column in axes.pop(name).values()]
-        units.pop(name, "")
+        del units[name]
     if frame is None and names[:1] in ([""], [INDEX]):
         frame = 0
     markers = _whole(path, axes)
@@ -143,7 +150,11 @@ def others_layout(path: Path, names: list[str]) -> Layout:
             right = f"the unit '{_short(strange[0])}' is none of mm, cm, dm, m"
         raise FileError(path, "has no markers", right)
     check_labels(path, list(markers))
-    length = _one_unit(path, list(units.values()))
+    length = _one_unit(path, [unit for mine in units.values() for unit in mine])
+    for unit in strange:
+        if unit.lower() in _FOREIGN:
+            wrong = f"its columns are in {length or 'no unit'} and in {unit}"
+            raise FileError(path, wrong, "they should be in one")
     return Layout(frame, time, clock, markers, length, {}, {}, extra, {})
 
 

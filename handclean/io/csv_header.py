@@ -1,7 +1,8 @@
 """The head of a CSV file: comments, what parts the cells, the names of the columns.
 
 Names stand in one line, or in two: markers above, axes below (pandas, DeepLabCut,
-spreadsheets with one cell over three columns), perhaps a line of units under them.
+spreadsheets with one cell over three columns), perhaps a line of units under them,
+of lengths and of times, with blanks where it says none.
 """
 
 import csv
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from handclean.errors import FileError
+from handclean.io.clock import SECONDS, time_column
 from handclean.io.grid import Lines
 from handclean.io.missing import is_missing
 from handclean.io.reading import METRES, check_unique, text
@@ -31,9 +33,17 @@ INDEX = "index"
 
 
 class Head(NamedTuple):
-    """The names of the columns, "" for one without, and what parts the cells."""
+    """What the lines before the numbers say.
+
+    Attributes
+    ----------
+    names : of the columns, "" for one without.
+    units : of the columns, as a line of them says, "" where it does not.
+    delimiter : what parts the cells.
+    """
 
     names: list[str]
+    units: list[str]
     delimiter: bytes
 
 
@@ -100,13 +110,14 @@ def read_head(path: Path, lines: Lines) -> Head:
             "holds numbers where the names of the columns should be",
             "begin with a line such as frame,time_s,NAME_X,NAME_Y,NAME_Z",
         )
-    names = _stacked(lines, delimiter, names) or names
+    names, units = _stacked(lines, delimiter, names)
     _refuse_other_marks(lines, names)
     refuse_decimal_commas(lines, delimiter)
     while names and not names[-1]:
         names.pop()
     check_unique(path, "columns", [name for name in names if name])
-    return Head(names, delimiter)
+    units = (units + [""] * len(names))[: len(names)]
+    return Head(names, units, delimiter)
 
 
 def _is_idle(line: bytes) -> bool:
@@ -181,33 +192,34 @@ def _is_number(name: str) -> bool:
     return name.strip().lower() not in {"nan", "inf", "infinity"}
 
 
-def _stacked(lines: Lines, delimiter: bytes, first: list[str]) -> list[str] | None:
+def _stacked(
+    lines: Lines, delimiter: bytes, first: list[str]
+) -> tuple[list[str], list[str]]:
     """Read further header lines, if one of them has axes under names, or units.
 
     Returns
     -------
-    one name for each column, as one line would have them; None if there is one line
+    one name for each column, as one line would have them; and units
     """
-    block = [first]
+    block, below = [first], 0
     for after in range(_DEEPEST):
         row = [text(c).strip().strip('"') for c in _split(lines.peek(after), delimiter)]
-        if not any(row) or all(_is_number(c) or is_missing(c) for c in row):
+        numbers = [_is_number(cell) for cell in row]
+        blank = all(n or is_missing(c) for n, c in zip(numbers, row, strict=True))
+        if blank or (below and (any(numbers) or _axes(row) >= 3)):
             break
         block.append(row)
-    axes = [k for k, row in enumerate(block) if k and _axes(row) >= 3]
-    if len(axes) == 1:
-        names, below = _joined(block[axes[0] - 1], block[axes[0]]), axes[0] + 1
+        below = below or (len(block) if _axes(row) >= 3 else 0)
+    if below:
+        names = _joined(block[below - 2], block[below - 1])
     elif len(block) == 2 and _units(block[1]):
-        names, below = list(first), 1
+        names, below = first, 1
     else:
-        return None
+        return first, []
     for _ in block[1:]:
         lines.next()
-    for units in filter(_units, block[below:]):
-        pairs = enumerate(zip(names, units, strict=False))
-        for column, (name, unit) in [*pairs]:
-            names[column] = f"{name} [{unit}]" if name and unit else name
-    return names
+    units = next(filter(_units, block[below:]), [])
+    return names, [_bare(unit) for unit in units]
 
 
 def _joined(named: list[str], axes: list[str]) -> list[str]:
@@ -227,8 +239,11 @@ def _joined(named: list[str], axes: list[str]) -> list[str]:
 
 def _lead(name: str, axis: str, column: int) -> str:
     """Name a column before the first marker: a frame's number or a time."""
+    if _bare(axis).lower() in SECONDS and time_column(name):
+        return f"{name} [{_bare(axis)}]"
     if column == 0 and axis.lower() in ("", "coords", "coord", "axis", "bodyparts"):
-        return name if name.lower().startswith("frame") else INDEX
+        counts = name.lower().startswith("frame") or time_column(name)
+        return name if counts else INDEX
     return axis or name
 
 
@@ -243,5 +258,13 @@ def _axes(row: list[str]) -> int:
 
 
 def _units(row: list[str]) -> bool:
-    """Whether a line below the axes says units of length."""
-    return any(cell.lower() in METRES for cell in row)
+    """Whether a line says units of lengths or times, and has no numbers."""
+    units = [_bare(cell).lower() for cell in row]
+    known = any(unit in METRES or unit in SECONDS for unit in units)
+    return known and not any(map(_is_number, row))
+
+
+def _bare(cell: str) -> str:
+    """Return a unit without brackets around it; "" for a cell that says none."""
+    unit = cell[1:-1].strip() if cell[:1] + cell[-1:] in ("[]", "()", "{}") else cell
+    return "" if is_missing(unit) else unit

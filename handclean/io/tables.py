@@ -90,10 +90,7 @@ def read_csv(
     refuse_vendors(path, lines)
     own = own_comment(path, lines)
     head = read_head(path, lines)
-    if own:
-        layout = own_layout(path, head.names, own)
-    else:
-        layout = others_layout(path, head.names)
+    layout = own_layout(path, head, own) if own else others_layout(path, head)
     traps = [] if own else like_another(list(layout.markers))
     stated = own.get("unit") or layout.unit
     no_rate = rate_hz is None and "rate_hz" not in own and layout.time is None

@@ -129,6 +129,136 @@ def test_the_time_of_the_first_row_goes_through_every_format_that_keeps_it(tmp_p
     assert "5.000000" in (tmp_path / "b.trc").read_text().splitlines()[6]
 
 
+# --- a line of units ----------------------------------------------------------------
+
+
+def with_units(row, time="time_s", unit=1.0, part=",", heads=1, **options):
+    """Lines of `csv` with a line of units below the names, in one line or in two."""
+    head, *rows = csv(time=time, unit=unit, part=part, **options)
+    names = [head]
+    if heads == 2:
+        names = [part.join(["", "", "A", "", "", "B", "", ""])]
+        names += [part.join(["frame", time, *"XYZXYZ"])]
+    return [*names, row.replace(",", part), *rows]
+
+
+@pytest.mark.parametrize("heads", [1, 2])
+@pytest.mark.parametrize("part", [",", ";", "\t"])
+@pytest.mark.parametrize(
+    ("row", "time", "unit"),
+    [
+        (",s,mm,mm,mm,mm,mm,mm", "time_s", 1.0),
+        (",s,mm,mm,mm,mm,mm,mm", "time", 1.0),
+        (",sec,MM,MM,MM,MM,MM,MM", "Timestamp", 1.0),
+        (",ms,mm,mm,mm,mm,mm,mm", "time", 1e-3),
+        (",ms,mm,mm,mm,mm,mm,mm", "time_ms", 1e-3),
+        (",[s],[mm],[mm],[mm],[mm],[mm],[mm]", "time_s", 1.0),
+        ("(#),(ms),(mm),(mm),(mm),(mm),(mm),(mm)", "Time", 1e-3),
+        ('"","s","mm","mm","mm","mm","mm","mm"', "time_s", 1.0),
+        (",,mm,mm,mm,mm,mm,mm", "time_s", 1.0),
+        (",s,mm,,,mm,,", "time", 1.0),
+        (",s,mm,,,,,", "time_s", 1.0),
+        (",s,mm", "time_s", 1.0),
+        ("-, s , mm ,-,-, mm ,-,-", "time_s", 1.0),
+        ("frames,seconds,millimetres,mm,mm,mm,mm,mm", "time", 1.0),
+    ],
+)
+def test_units_may_stand_in_a_line_below(row, time, unit, part, heads, tmp_path):
+    lines = with_units(row, time, unit, part, heads, start=5.0)
+    reading = read(tmp_path, lines, unit=None)
+    expect(reading)
+    assert reading.recording.start_time == pytest.approx(5.0)
+    assert reading.traps == ()
+
+
+@pytest.mark.parametrize("heads", [1, 2])
+def test_the_line_of_units_is_the_unit(heads, tmp_path):
+    lines = with_units(",s,m,m,m,m,m,m", heads=heads)
+    places = read(tmp_path, lines, unit=None).recording.markers.positions
+    np.testing.assert_allclose(places[0, 0], [10.5, 20.25, 30.125])
+
+
+@pytest.mark.parametrize("heads", [1, 2])
+def test_a_line_of_units_may_be_of_times_only(heads, tmp_path):
+    lines = with_units(",ms,,,,,,", "time", 1e-3, heads=heads)
+    expect(read(tmp_path, lines))
+    with pytest.raises(UsageError, match="does not say its unit"):
+        read(tmp_path, lines, unit=None)
+
+
+def test_the_unit_of_times_may_stand_beside_the_axes(tmp_path):
+    lines = ["Frame,Time,A,,,B,,", ",ms,X,Y,Z,X,Y,Z", *csv(time="t", unit=1e-3)[1:]]
+    expect(read(tmp_path, lines))
+
+
+def test_times_may_be_the_first_column_below_names(tmp_path):
+    rows = [row.partition(",")[2] for row in csv(time="t")[1:]]
+    lines = ["Time,A,,,B,,", ",X,Y,Z,X,Y,Z", "s,mm,mm,mm,mm,mm,mm", *rows]
+    expect(read(tmp_path, lines, unit=None))
+
+
+@pytest.mark.parametrize("heads", [1, 2])
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        (",s,mm,mm,mm,m,m,m", "its columns are in m and in mm"),
+        (",s,mm,mm,mm,cm,,", "its columns are in cm and in mm"),
+        (",s,mm,m,mm,mm,mm,mm", "its columns are in m and in mm"),
+        (",s,mm,mm,mm,inch,inch,inch", "its columns are in mm and in inch"),
+        (",s,inch,inch,inch,inch,inch,inch", "no markers; the unit 'inch' is none of"),
+        (",ms,mm,mm,mm,mm,mm,mm", "the unit below its column 'time_s' is 'ms'"),
+        (",s,mm,mm,mm,mm,mm,7", "line . column 2: 's' is not a number"),
+    ],
+)
+def test_units_that_contradict_each_other_are_an_error(row, says, heads, tmp_path):
+    with pytest.raises(FileError, match=says):
+        read(tmp_path, with_units(row, heads=heads), unit=None)
+
+
+def test_the_names_and_the_line_of_units_should_agree(tmp_path):
+    head = [f"{name} [mm]" for name in HEAD]
+    lines = csv(head, time="time_s")
+    units = ",s,mm,mm,mm,mm,mm,mm"
+    expect(read(tmp_path, [lines[0], units, *lines[1:]], unit=None))
+    with pytest.raises(FileError, match="its columns are in m and in mm"):
+        read(tmp_path, [lines[0], units.replace("mm", "m"), *lines[1:]], unit=None)
+
+
+def test_what_is_no_place_by_its_unit_is_left_out_and_said(tmp_path):
+    lines = csv([*HEAD, "F_X", "F_Y", "F_Z"], time="time_s", more=["1", "2", "3"])
+    lines.insert(1, ",s,mm,mm,mm,mm,mm,mm,N,N,N")
+    reading = read(tmp_path, lines, unit=None)
+    expect(reading)
+    (trap,) = reading.traps
+    assert trap == "not a marker's place, left out: F_X [N], F_Y [N], F_Z [N]"
+
+
+def test_a_unit_that_is_none_of_time_leaves_the_times_out(tmp_path):
+    lines = with_units(",h:m:s,mm,mm,mm,mm,mm,mm", "time")
+    reading = read(tmp_path, lines, rate_hz=120.0, unit=None)
+    expect(reading)
+    assert reading.traps == ("not a marker's place, left out: time [h:m:s]",)
+
+
+@pytest.mark.parametrize("heads", [1, 2])
+def test_a_row_with_one_bad_cell_is_no_line_of_units(heads, tmp_path):
+    for bad in ("oops", "m"):
+        lines = csv(time="time_s")
+        lines[1] = lines[1].replace("20.25", bad)
+        if heads == 2:
+            lines = with_units(lines[1], heads=2)
+        with pytest.raises(FileError, match=f"column 4: '{bad}' is not a number"):
+            read(tmp_path, lines)
+
+
+def test_a_file_of_ours_has_no_line_of_units(tmp_path):
+    files.write(tmp_path / "b.csv", read(tmp_path, csv(time="time_s")).recording)
+    lines = (tmp_path / "b.csv").read_text().splitlines()
+    lines.insert(2, ",s,m,m,m,,m,m,m,")
+    with pytest.raises(FileError, match="has a line of units below its names"):
+        read(tmp_path, lines, unit=None)
+
+
 # --- names --------------------------------------------------------------------------
 
 

@@ -416,9 +416,12 @@ def test_what_is_no_mot_is_one_clear_line(text, tmp_path):
 
 
 def test_a_mot_of_wild_times_is_inspected_without_warnings(tmp_path):
-    text = "endheader\ntime q\n0 1\n1e-320 1\n2e-320 1\n1e300 1\n"
+    text = "endheader\ntime q\n0 1\n1e-320 1\n2e-320 1\n1e14 1\n"
     (tmp_path / "a.mot").write_text(text)
     assert files.inspect(tmp_path / "a.mot")["frames"] == 4
+    (tmp_path / "a.mot").write_text(text.replace("1e14", "1e300"))
+    with pytest.raises(FileError, match="no number of seconds"):
+        files.inspect(tmp_path / "a.mot")
 
 
 def test_mot_columns_of_several_motions_begin_with_their_names(rng, tmp_path):
