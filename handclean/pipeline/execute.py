@@ -14,7 +14,14 @@ import threadpoolctl
 
 from handclean.errors import TAKE, FileError, HandcleanError, TakeNumber
 from handclean.io import h5_child
-from handclean.pipeline import interrupts, outputs, record, require, terminal
+from handclean.pipeline import (
+    interrupts,
+    noted,
+    outputs,
+    record,
+    require,
+    terminal,
+)
 from handclean.pipeline.batch import Report, Source, Task, Work
 from handclean.pipeline.needs import SUBJECT
 from handclean.pipeline.notice import Notice, silent, watching
@@ -29,9 +36,19 @@ Step = Callable[[Any, Any], Outcome]
 def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
     """Do one task; any failure is a report, except that of a signal.
 
+    A failed one still says what was odd about the takes it had read.
     ``notice`` is called when a kernel is about to be compiled.
     """
     started = time.perf_counter()
+    with noted.collected() as odd:
+        report = _attempt(work, task, notice)
+    if report.status == "failed":
+        only = task.sources[0].path if len(task.sources) == 1 else None
+        report = replace(report, warnings=noted.told(odd, only))
+    return replace(report, seconds=round(time.perf_counter() - started, 3))
+
+
+def _attempt(work: Work, task: Task, notice: Notice) -> Report:
     where = task.sources[0].name
     try:
         report = _do(work, task, notice)
@@ -47,7 +64,7 @@ def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
         text = f"{where}: internal error, please report it: {type(error).__name__}: "
         report = _failed(text + str(error), trace=traceback.format_exc())
     interrupts.raise_swallowed()
-    return replace(report, seconds=round(time.perf_counter() - started, 3))
+    return report
 
 
 def figures_of(work: Work) -> dict[str, str]:
@@ -175,7 +192,10 @@ def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
     ):
         given: Source | tuple[Source, ...]
         given = task.sources if task.reduces else task.sources[0]
-        outcome = step(given, work.settings)
+        try:
+            outcome = step(given, work.settings)
+        finally:
+            noted.note(None, broken)
     outcome = replace(outcome, warnings=(*broken, *outcome.warnings))
     unknown = [n for n in outcome.figures if not require.is_known(n, module.FIGURES)]
     assert not unknown, f"figures without a meaning: {unknown}"

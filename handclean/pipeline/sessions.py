@@ -8,7 +8,7 @@ from typing import Any
 from handclean.hand.subject import Subject
 from handclean.hand.surface import Surface
 from handclean.io import files
-from handclean.pipeline import record
+from handclean.pipeline import noted, record
 from handclean.pipeline.batch import Source
 from handclean.pipeline.outcome import Entry, Outcome, Writer
 from handclean.recording import Recording
@@ -16,6 +16,8 @@ from handclean.recording import Recording
 
 def read(source: Source) -> Recording:
     """Read a take, and what made it where that stands in a file beside it.
+
+    What is odd about it is told should the task fail, see `remember`.
 
     Raises
     ------
@@ -29,9 +31,16 @@ def read(source: Source) -> Recording:
         lenient=source.lenient,
         believe_coordinates=source.believe_coordinates,
     )
+    remember(source, recording)
     if recording.provenance:
         return recording
     return replace(recording, provenance=record.of(source.path))
+
+
+def remember(source: Source, recording: Recording) -> Recording:
+    """Return a take; what is odd about it is told should the task fail."""
+    noted.note(source.path, traps(source, recording))
+    return recording
 
 
 def traps(source: Source, recording: Recording) -> tuple[str, ...]:

@@ -383,6 +383,43 @@ def test_every_command_that_reads_takes_tells_of_labels_that_stand_twice(handcle
     )
 
 
+FAILING = [
+    ("label", "--marker-set", "maycock26", "--side", "right"),
+    ("clean", "--marker-set", "maycock26", "--side", "right"),
+    ("solve", "--marker-set", "maycock26", "--side", "right"),
+    ("fill-gaps", "--marker-set", "maycock26", "--side", "right"),
+    ("calibrate-hand", "markers", "--marker-set", "maycock26", "--side", "right"),
+    ("learn", "subspace"),
+    ("compare", "b.c3d"),
+]
+
+
+@pytest.mark.parametrize("line", FAILING, ids=[line[0] for line in FAILING])
+@pytest.mark.parametrize(
+    ("word", "says"),
+    [(-1, "--believe-coordinates takes these"), (257, "the parameters' was taken")],
+    ids=["missing", "scale"],
+)
+def test_what_is_odd_about_a_take_is_told_also_if_a_command_fails(
+    folder, capfd, line, word, says
+):
+    labels = load_marker_set("maycock26").labels
+    c3d("b.c3d", ["NONE", "OTHER"])
+    c3d("a.c3d", list(labels[:2]), word=word, is_float=False)
+    if word > 0:
+        content = bytearray(Path("a.c3d").read_bytes())
+        content[12:16] = np.float32(0.25).tobytes()
+        Path("a.c3d").write_bytes(content)
+    output = () if line[0] == "compare" else ("-o", "out.h5")
+    assert main([*line, "a.c3d", *output, "--json"]) == 1
+    out, err = capfd.readouterr()
+    found = json.loads(out)
+    assert found["status"] == "failed"
+    assert [says in text for text in found["warnings"]].count(True) == 1
+    assert err.count(says) == 1
+    assert err.splitlines()[-1] == found["error"]
+
+
 def test_points_marked_missing_are_believed_on_request_and_that_is_recorded(handclean):
     c3d("a.c3d", ["A", "B"], word=-1)
     done = handclean("convert", "a.c3d", "-o", "a.h5")

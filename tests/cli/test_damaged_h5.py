@@ -82,6 +82,9 @@ def test_rotten_numbers_are_an_error_and_lenient_reads_them_with_a_warning(capfd
     assert err.count("a.h5 is damaged or was edited") == 1
     assert "warning" in err
     assert Path("b.csv").exists()
+    assert main(["learn", "subspace", "a.h5", "-o", "p.h5", "--lenient"]) == 1
+    err = capfd.readouterr().err
+    assert err.count("warning: a.h5 is damaged or was edited") == 1
     assert main(["inspect", "a.h5"]) == 0
     assert "odd: a.h5 is damaged or was edited" in capfd.readouterr().out
 

@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import json
 import os
 import resource
 import time
@@ -55,6 +56,35 @@ def test_text_has_one_line_per_result(inputs, run):
         "in/b.txt: is wrong; it should be right",
         "in/c.txt: warning: is odd",
         "2 done, 1 failed",
+    ]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("way", ["wrong", "bug", "memory", "numpy", "unfit", "full"])
+def test_what_was_odd_about_a_take_is_told_also_if_its_task_fails(
+    inputs, run, way, jobs
+):
+    paths = inputs(a=f"{way} read", b="one read", c="wrong")
+    _, objects, err = run(*paths, output="out", format=".csv", jobs=jobs)
+    assert [o["status"] for o in objects] == [
+        "done" if way == "numpy" else "failed", "done", "failed"
+    ]  # fmt: skip
+    assert [o["warnings"] for o in objects] == [["was read oddly"]] * 2 + [[]]
+    told = [line for line in err.splitlines() if "oddly" in line]
+    assert told == [f"in/{name}.txt: warning: was read oddly" for name in "ab"]
+
+
+def test_of_several_takes_of_a_task_that_fails_each_is_named(inputs, capfd):
+    paths = inputs(a="wicked read", b="two")
+    batch = Batch(inputs=paths, output="out.csv", json=True)
+    work = Work(command="tally", step="tally")
+    step = replace(batch, inputs=paths)
+    assert many.reduce(work, step, (".csv",)) == 1
+    out, err = capfd.readouterr()
+    told = [f"{path}: was read oddly" for path in paths]
+    assert json.loads(out)["warnings"] == told
+    assert [line for line in err.splitlines() if "oddly" in line] == [
+        f"out.csv: warning: {text}" for text in told
     ]
 
 

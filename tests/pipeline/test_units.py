@@ -104,5 +104,54 @@ def test_a_subject_far_larger_than_the_take_fits_no_frame(hand, tmp_path, step):
 
 
 @pytest.mark.parametrize("step", [solving, filling])
+@pytest.mark.parametrize("most", [0, 1, 2, 3])
+def test_a_hand_is_nowhere_unless_a_frame_shows_three_of_its_markers(
+    hand, tmp_path, step, most
+):
+    given = hand(1.0)
+    take = files.read(given["path"])
+    places = take.markers.positions.copy()
+    places[:, :26][:, most:] = np.nan  # those of the body stay
+    take = replace(take, markers=trajectories(places, take.markers.labels))
+    files.write(tmp_path / "few.h5", replace(take, parameters={}))
+    given["path"] = tmp_path / "few.h5"
+    if most == 3:
+        assert "nan" not in step(Source(**given)).line
+        return
+    with pytest.raises(HandcleanError) as caught:
+        step(Source(**given))
+    assert caught.value.where == TAKE
+    assert str(caught.value.at("few.h5")) == (
+        "few.h5: "
+        + (
+            "none of the markers of 'template' is in sight in any frame",
+            "no frame shows more than 1 marker of 'template'",
+            "no frame shows more than 2 markers of 'template'",
+        )[most]
+        + "; 3 or more say where a hand is"
+    )
+
+
+@pytest.mark.parametrize("step", [solving, filling])
+def test_of_two_hands_the_one_that_is_never_seen_is_told(hand, tmp_path, step):
+    given = hand(1.0)
+    take = files.read(given["path"])
+    other = template_subject(load_marker_set("maycock26"), "left")
+    labels = tuple(f"O_{label}" for label in other.model.labels)
+    other = replace(other, name="other", marker_sigma=np.full(26, 5e-4))
+    other = replace(other, model=replace(other.model, labels=labels))
+    write_subject(tmp_path / "o.h5", other)
+    places = np.hstack([take.markers.positions, np.full((40, 26, 3), np.nan)])
+    markers = trajectories(places, (*take.markers.labels, *labels))
+    files.write(tmp_path / "two.h5", replace(take, markers=markers, parameters={}))
+    given["path"] = tmp_path / "two.h5"
+    given["subjects"] = (tmp_path / "s.h5", tmp_path / "o.h5")
+    told = (
+        "left: none of the markers of 'other' is in sight in any frame: it has no pose"
+    )
+    assert [w for w in step(Source(**given)).warnings if "sight" in w] == [told]
+
+
+@pytest.mark.parametrize("step", [solving, filling])
 def test_a_hand_of_its_size_among_other_markers_is_taken_as_it_is(hand, step):
     assert not [w for w in step(Source(**hand(1.0))).warnings if "unit" in w]

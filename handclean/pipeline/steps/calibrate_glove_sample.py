@@ -17,8 +17,7 @@ from handclean.glove.gloves import Glove
 from handclean.glove.poses import key_pose, place_of
 from handclean.glove.samples import FK, IK, Samples
 from handclean.glove.streams import at_times, find_offset
-from handclean.io import files
-from handclean.pipeline import glove_files
+from handclean.pipeline import glove_files, sessions
 from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import GloveSampling
 from handclean.pipeline.outcome import Entry, Outcome
@@ -306,7 +305,9 @@ def _markers(one: _Recording, settings: GloveSampling, glove: Glove) -> Floats:
     """(N, R) [rad] rotations of a solved take at the glove's times."""
     source = one.source
     path = source.files["markers"]
-    take = files.read(path)
+    take = sessions.read(given := Source(path=path))
+    for trap in sessions.traps(given, take):
+        one.warn(f"{path.name}: {trap}")
     motions = {
         name: motion
         for name, motion in take.motions.items()

@@ -110,7 +110,8 @@ def _read(sources: tuple[Source, ...]) -> list[Recording]:
         ]
         if all(map(sessions.overruled, sources, again)):
             return again
-    return takes
+    used = zip(sources, takes, strict=True)  # not those that were read to try
+    return [sessions.remember(source, take) for source, take in used]
 
 
 def _told(source: Source, names: tuple[str, ...]) -> Source:

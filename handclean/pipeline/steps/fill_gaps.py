@@ -11,6 +11,7 @@ from handclean.pipeline.outcome import Outcome
 from handclean.pipeline.steps.solve import (
     doubts,
     expect_fits,
+    expect_seen,
     expect_sides,
     misplaced,
     untold,
@@ -37,6 +38,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
     found = hands.subjects(source, marked=True)
     recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
+    hidden = expect_seen(recording, found)
     misspelt = (*same, *names.remarks(recording, found))
     parts = []
     for name, subject in found.items():
@@ -59,6 +61,7 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
         (
             *warnings,
             *misspelt,
+            *hidden,
             *hands.remarks(*found.values()),
             *doubts(recording, found),
             *misplaced(recording, found, prior),

@@ -20,6 +20,7 @@ from handclean.pipeline.batch import Source
 from handclean.pipeline.choices import Solving
 from handclean.pipeline.outcome import Outcome
 from handclean.recording import Motion, Recording
+from handclean.tree import ROOT_DOFS
 
 FIGURES = {
     "frames": "frames of the take",
@@ -29,6 +30,9 @@ FIGURES = {
     "residual_mm": "RMS distance of measured markers, all frames and hands",
     "residual_p95_mm": "95th percentile over frames of a frame's RMS distance",
 }
+
+LEAST = ROOT_DOFS // 2
+"""Markers in sight at once that say where a hand is."""
 
 ANEW = "it is solved anew, frame by frame, and nothing bridges them"
 """What becomes of a hand whose motion in the file is not kept, see `bridged`."""
@@ -43,6 +47,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
     found = {name: subject for name, (subject, _) in named.items()}
     recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
+    hidden = expect_seen(recording, found)
     misspelt = (*same, *names.remarks(recording, found))
     kept, anew = {}, {}
     solved = []
@@ -66,6 +71,7 @@ def solve(source: Source, settings: Solving) -> Outcome:
         (
             *warnings,
             *misspelt,
+            *hidden,
             *solved,
             *hands.remarks(*found.values()),
             *doubts(recording, found),
@@ -75,6 +81,41 @@ def solve(source: Source, settings: Solving) -> Outcome:
         ),
         sessions.surfaces(found),
     )
+
+
+def expect_seen(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
+    """Expect some frame to show enough markers of some hand to say where it is.
+
+    Returns
+    -------
+    which of several hands are never seen, a line each
+
+    Raises
+    ------
+    HandcleanError
+        If none is seen, or one has no marker in the take.
+    """
+    unseen = {name: _unseen(recording, subject) for name, subject in found.items()}
+    if all(unseen.values()):
+        raise HandcleanError(
+            f"{' and '.join(unseen.values())}; {LEAST} or more say where a hand is",
+            where=TAKE,
+        )
+    return tuple(
+        f"{name}: {why}: it has no pose" for name, why in unseen.items() if why
+    )
+
+
+def _unseen(recording: Recording, subject: Subject) -> str:
+    """Say that no frame shows enough markers of a hand; "" where some does."""
+    seen = np.isfinite(markers_of(recording, subject.model)).all(axis=2)
+    most = int(seen.sum(axis=1).max(initial=0))
+    if most >= LEAST:
+        return ""
+    if most == 0:
+        return f"none of the markers of '{subject.name}' is in sight in any frame"
+    markers = "marker" if most == 1 else "markers"
+    return f"no frame shows more than {most} {markers} of '{subject.name}'"
 
 
 def expect_sides(

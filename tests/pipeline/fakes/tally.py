@@ -18,7 +18,7 @@ from handclean.errors import (
 from handclean.io.h5 import write_h5
 from handclean.io.parts import Part
 from handclean.io.provenance import provenance_item
-from handclean.pipeline import chance, record
+from handclean.pipeline import chance, noted, record
 from handclean.pipeline.outcome import Outcome
 
 EVIL = "\x1b]0;title\x07\u202e"
@@ -34,6 +34,9 @@ def tally(source, settings):
         text = source.path.read_text()
         rng = chance.rng(source)
     words = text.split()
+    if "read" in words:
+        for part in source if isinstance(source, tuple) else (source,):
+            noted.note(part.path, ("was read oddly",))
     act(source, *words[:3])
     figures = {"words": len(words), "draw": rng.random(), "gap": float("nan")}
 
@@ -55,6 +58,8 @@ def tally(source, settings):
         return None
 
     warnings = ("is odd",) if "odd" in words else ()
+    if "read" in words:
+        warnings += ("was read oddly",)
     if words[:1] == ["evil"]:
         warnings = (f"marker '{EVIL * 100}' is odd",)
     return Outcome(
