@@ -18,10 +18,11 @@ from handclean.glove.settings import (
     GloveSampleConfig,
 )
 from handclean.hand.subject import Subject
+from handclean.io import files
 from handclean.io.glove import write_readings
 from handclean.io.session import write_session
 from handclean.io.subject import write_subject
-from handclean.pipeline import glove_files, plan
+from handclean.pipeline import glove_files, plan, sessions
 from handclean.pipeline.batch import Source, Task, Work
 from handclean.pipeline.choices import (
     GloveExamining,
@@ -35,6 +36,7 @@ from handclean.recording import Motion, Recording
 from handclean.simulation.glove import simulate_glove
 from handclean.simulation.settings import SimulateConfig
 from tests.edits import edited
+from tests.io.c3d_oracles import c3d_bytes
 
 SAMPLING = GloveSampling(
     sample=GloveSampleConfig(most=60), pose="", holds=(), touch="", glove=""
@@ -223,6 +225,32 @@ def test_markers_that_tell_nothing_are_said_to(folder, session):
     report = sample(folder, "markers", **given)
     assert report.status == "failed"
     assert "untrusted.h5: has no angle the glove measures" in report.error
+
+
+def test_what_is_odd_about_the_take_with_the_markers_is_told(folder, session):
+    content = c3d_bytes(np.ones((2, 3, 3)), np.zeros((2, 3)), ["A", "B", "A"])
+    (folder / "twice.c3d").write_bytes(content)
+    given = {"files": {"markers": folder / "twice.c3d"}}
+    report = sample(folder, "markers", **given)
+    assert "twice.c3d: has no joint angles" in report.error
+    told = f"{folder / 'twice.c3d'}: labels that stand twice: A"
+    assert report.warnings == (told,)
+    take = next(take for take in session.takes if take.name == "w1/markers")
+    tree = session.wearer.tree
+    motion = Motion(names=tree.hinges, angles=take.angles)
+    recording = Recording(
+        rate=60.0,
+        frames=len(take.times),
+        motions={"right": motion},
+        skeletons={"right": tree},
+    )
+    files.write(folder / "moved.bvh", recording)
+    given = {"files": {"markers": folder / "moved.bvh"}}
+    report = sample(folder, "markers", **given)
+    assert report.status == "done", report.error
+    source = Source(path=folder / "moved.bvh")
+    (trap,) = sessions.traps(source, sessions.read(source))
+    assert report.warnings == (f"moved.bvh: {trap}",)
 
 
 def test_tips_that_do_not_meet_give_no_sample_and_say_so(folder, glove):
