@@ -26,8 +26,8 @@ S = TypeVar("S")
 
 SCALARS = (str, int, float, bool)
 
-_MOST_COUNT = 2**31 - 1
-"""No count is larger; compiled loops take 64 bits, and multiply."""
+_MOST = {int: 2**31 - 1, float: 1e9}
+"""No setting is larger, whatever its unit: numbers computed from it stay numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -248,12 +248,12 @@ def _plain(where: Where, setting: Setting, value: Any) -> Any:
         plain = setting.kind(value)
     except OverflowError:
         plain = math.inf
-    if setting.kind is int and abs(plain) > _MOST_COUNT:
-        raise UsageError(f"{setting.name} should be {_MOST_COUNT} at most", where=where)
     if setting.kind is float and not math.isfinite(plain):
         raise UsageError(
             f"{setting.name} should be a finite number, not {value}", where=where
         )
+    if setting.kind in _MOST and abs(plain) > (most := _MOST[setting.kind]):
+        raise UsageError(f"{setting.name} should be {most:.10g} at most", where=where)
     return plain
 
 

@@ -127,6 +127,9 @@ class JointTree:
         )
 
 
+MOST_SCALE = 1000.0
+"""Times the template; nothing that cameras follow is larger."""
+
 MOST_BONES = 1000
 """Bones and hinges of a tree; no body has so many."""
 
@@ -155,8 +158,8 @@ def _problem(tree: JointTree) -> str:
     size = len(tree.bones)
     if size == 0:
         return "there should be at least one bone"
-    if not 0.0 < tree.scale < np.inf:
-        return f"scale should be a number above 0, not {tree.scale:g}"
+    if not 0.0 < tree.scale <= MOST_SCALE:
+        return f"scale should be above 0, {MOST_SCALE:g} at most, not {tree.scale:g}"
     if len(set(tree.bones)) != size or len(set(tree.hinges)) != len(tree.hinges):
         return "names of bones and hinges should be unique"
     if tree.side not in ("left", "right", ""):

@@ -103,6 +103,7 @@ def test_tables_of_other_commands_are_left_alone(written):
         ("[fill-gaps]\nmax_gap_s = -inf", "should be a finite number, not -inf"),
         ("[fill-gaps]\nmax_gap_s = 1" + "0" * 400, "a whole number is beyond 64 bits"),
         ("[fill-gaps]\nrange_s = [0.0, inf]", "range_s should be a finite number"),
+        ("[fill-gaps]\nmax_gap_s = 1e300", "max_gap_s should be 1000000000 at most"),
         ("[fill-gaps]\nsamples = 2147483648", "samples should be 2147483647 at most"),
         ("[fill-gaps]\nsamples = -2147483649", "should be 2147483647 at most"),
         ("[fill-gaps]\nsamples = 1.0", "samples should be an int, not 1.0"),

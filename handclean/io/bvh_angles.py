@@ -368,7 +368,8 @@ def _mean_place(bvh: BvhMotion, top: int, joint: int) -> Floats:
 
 
 def _unit(direction: Floats, where: str) -> Floats:
-    length = float(np.linalg.norm(direction))
+    with np.errstate(over="ignore"):
+        length = float(np.linalg.norm(direction))
     if not 1e-9 < length < np.inf:
         raise FileError(where, "the bone has no length, so no direction")
     return direction / length

@@ -236,7 +236,8 @@ def floats(glb: Glb, index: Any, width: int, what: str) -> Floats:
     FileError
         As `accessor`; and if one is NaN or infinite.
     """
-    found: Floats = accessor(glb, index, width, what).astype(np.float64)
+    with np.errstate(invalid="ignore"):  # of a NaN that signals
+        found: Floats = accessor(glb, index, width, what).astype(np.float64)
     if not np.isfinite(found).all():
         raise glb.fail(f"its {what} are not all finite numbers")
     return found

@@ -55,7 +55,8 @@ def first_fit(
     many = max(settings.start_frames, len(counts) // 50)
     full = np.sort(counts)[-min(many, len(counts))]
     rows = np.flatnonzero(counts >= max(full, least))
-    spread = np.linspace(0, len(rows) - 1, settings.start_frames).astype(int)
+    tried = min(settings.start_frames, len(rows))
+    spread = np.linspace(0, len(rows) - 1, tried).astype(int)
     best: Found | None = None
     for effort in EFFORTS:
         for frame in np.unique(rows[spread]):

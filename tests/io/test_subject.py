@@ -142,9 +142,10 @@ def spoilt(path, at, value, units=""):
         ),
         (lambda p: spoilt(p, "markers/labels", ["x" * 10**6] * 8), "1000000 char"),
         (lambda p: spoilt(p, "skeleton/bones", ["x" * 10**6] * 16), "1000000 char"),
-        (lambda p: scaled(p, 0.0), "scale should be a number above 0, not 0"),
+        (lambda p: scaled(p, 0.0), "scale should be above 0, 1000 at most, not 0"),
         (lambda p: scaled(p, np.nan), "scale is nan; all its numbers should be finite"),
-        (lambda p: scaled(p, -1.0), "scale should be a number above 0, not -1"),
+        (lambda p: scaled(p, 1e300), "scale should be above 0, 1000 at most"),
+        (lambda p: scaled(p, -1.0), "scale should be above 0, 1000 at most, not -1"),
         (lambda p: scaled(p, np.inf), "scale is inf; all its numbers should be finite"),
     ],
 )
