@@ -5,6 +5,9 @@ from typing import Annotated
 
 COLUMNS = ("auto", "use", "ignore")
 
+_MOST = {"small_m": 1.0, "reach_m": 1.0, "acceleration_m_s2": 1e4}
+"""[m], [m/s^2] no hand has more; beyond, every point could be any marker, for hours."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LabelConfig:
@@ -56,3 +59,7 @@ class LabelConfig:
         for name in positive:
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} should be > 0, not {getattr(self, name)}")
+        for name, most in _MOST.items():
+            if getattr(self, name) > most:
+                wrong = f"{name} should be {most:g} at most"
+                raise ValueError(f"{wrong}, not {getattr(self, name)}")
