@@ -118,10 +118,15 @@ def pour(descriptor, chunk):
 def test_a_signal_ends_a_list_that_goes_on(monkeypatch):
     """Also where it comes between two reads, so that it breaks off neither."""
     reading, writing = os.pipe()
-    ended = threading.Event()
+    begun, ended = threading.Event(), threading.Event()
     in_time = []
 
+    def read1(size):
+        begun.set()
+        return stream.read1(size)
+
     def feed():
+        begun.wait(20.0)
         os.write(writing, b"a.c3d\n")
         signal.pthread_kill(threading.get_ident(), signal.SIGTERM)
         os.write(writing, b"b.c3d\n")
@@ -130,11 +135,11 @@ def test_a_signal_ends_a_list_that_goes_on(monkeypatch):
 
     feeder = threading.Thread(target=feed)
     with open(reading, "rb") as stream:
-        monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=stream))
-        with interrupts.raising():
-            feeder.start()
-            with pytest.raises(Interrupted):
-                manifest.read("-")
+        listed = SimpleNamespace(read1=read1)
+        monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=listed))
+        feeder.start()
+        with interrupts.raising(), pytest.raises(Interrupted):
+            manifest.read("-")
         ended.set()
         feeder.join()
     assert in_time == [True]
