@@ -137,4 +137,17 @@ def analog_rows(
         if not ((stored >= low) & (stored <= high)).all():
             raise FileError(where, "an analog value does not fit 16 bits")
         stored = np.where(stored > 32767, stored - 65536, stored)
+    else:
+        _expect_floats(analog, stored, where)
     return stored.reshape(frames, -1)
+
+
+def _expect_floats(analog: Analog, stored: Floats, where: Path | str) -> None:
+    """Expect finite numbers to be such as 32 bits hold."""
+    beyond = np.isfinite(stored) & (np.abs(stored) > np.finfo(np.float32).max)
+    if beyond.any():
+        row, column = np.argwhere(beyond)[0]
+        wrong = (
+            f"analog channel '{analog.labels[column]}' holds {stored[row, column]:g}"
+        )
+        raise FileError(where, wrong, "a C3D keeps numbers up to 3.4e38")

@@ -609,3 +609,18 @@ def test_what_cannot_be_written_is_an_error(tmp_path, rng):
     broken = replace(take_, parameters={"c3d": {"head": np.zeros(9, np.uint8)}})
     with pytest.raises(FileError):
         written(broken)
+
+
+def test_an_analog_value_beyond_32_bits_is_refused_by_channel(tmp_path):
+    analog = Analog(
+        values=np.array([[1.0, np.inf], [2.0, 1e300]]),
+        labels=("Fx", "Fz"),
+        units=("N", "N"),
+        rate=100.0,
+    )
+    markers = trajectories(np.ones((2, 1, 3)), ("A",))
+    take = Recording(rate=100.0, frames=2, markers=markers, analog=analog)
+    with pytest.raises(FileError, match=r"analog channel 'Fz' holds 1e\+300"):
+        write_c3d(tmp_path / "a.c3d", take)
+    analog.values[1, 1] = 3.0
+    write_c3d(tmp_path / "a.c3d", take)
