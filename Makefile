@@ -54,17 +54,17 @@ demo: $(READY) ## calibrate, clean and score the sample sessions
 	done
 
 samples: $(READY) ## make sample_sessions/ anew
-	$(RUN) -m handclean.pipeline.samples sample_sessions
+	$(RUN) -m handclean.factory.samples sample_sessions
 
 data: $(READY) ## make what ships in handclean/data/ anew
-	$(RUN) -m handclean.pipeline.shipped handclean/data
+	$(RUN) -m handclean.factory.shipped handclean/data
 
 pictures: $(READY) ## draw the hands in handclean/data/pictures/ anew
-	$(RUN) -m handclean.report.hand_pictures handclean/data/pictures
-	$(RUN) -m handclean.pipeline.scan_picture handclean/data/pictures/scan.png
-	$(RUN) -m handclean.pipeline.layout_picture handclean/data/pictures/layouts.png
+	$(RUN) -m handclean.factory.hand_pictures handclean/data/pictures
+	$(RUN) -m handclean.factory.scan_picture handclean/data/pictures/scan.png
+	$(RUN) -m handclean.factory.layout_picture handclean/data/pictures/layouts.png
 	@if [ -f "$$HANDCLEAN_DATA/webxr_hand/right.glb" ]; then \
-		$(RUN) -m handclean.pipeline.rig_picture \
+		$(RUN) -m handclean.factory.rig_picture \
 			"$$HANDCLEAN_DATA/webxr_hand/right.glb" handclean/data/pictures/webxr.png; \
 	fi
 

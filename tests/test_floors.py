@@ -1,4 +1,7 @@
-"""The house's floors: a module imports its own package and lower floors only."""
+"""The house's floors: a module imports its own package and lower floors only.
+
+Inside the large packages the wings have floors of their own.
+"""
 
 import ast
 from pathlib import Path
@@ -13,17 +16,46 @@ FLOORS = [
     {"numerics"},
     {"tree"},
     {"recording", "hand"},
-    {"ik", "simulation", "sculpt"},
+    {"ik", "simulation"},
     {"labels", "gaps", "layouts", "subject", "glove", "io", "report"},
-    {"pipeline"},
+    {"runner"},
+    {"commands"},
     {"cli"},
+    {"factory"},
 ]
-FLOOR = {name: level for level, names in enumerate(FLOORS) for name in names}
+WINGS = {
+    "io": [
+        {"shared"},
+        {"c3d", "bvh", "hdf5", "mesh", "text"},
+        {"gltf", "glove"},
+        {"keeps", "landmarks", "marker_sets", "oddities", "shapes"},
+        {"files"},
+    ],
+    "labels": [
+        {"clusters", "points", "settings"},
+        {"target"},
+        {"track"},
+        {"search", "baseline"},
+        {"review"},
+        {"track_take"},
+        {"checks"},
+        {"label"},
+    ],
+    "commands": [{"shared"}],  # and the commands above it, which `clean` is made of
+}
 PACKAGE = Path(__file__).parents[1] / "handclean"
 
 
-def imported_parts(path):
-    """Parts of handclean that a file imports, wherever in the file."""
+def levels(floors):
+    return {name: level for level, names in enumerate(floors) for name in names}
+
+
+FLOOR = levels(FLOORS)
+WING = {name: levels(floors) for name, floors in WINGS.items()}
+
+
+def imported(path):
+    """Paths inside handclean that a file imports, wherever in the file."""
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -32,16 +64,41 @@ def imported_parts(path):
             names = [f"{node.module}.{alias.name}" for alias in node.names]
         else:
             continue
-        parts = (n.split(".")[1] for n in names if n.startswith("handclean."))
-        yield from (part for part in parts if part != "__version__")
+        parts = [name.split(".")[1:] for name in names if name.startswith("handclean.")]
+        yield from (part for part in parts if part != ["__version__"])
+
+
+def parts_of(path):
+    return path.relative_to(PACKAGE).with_suffix("").parts
+
+
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: "/".join(parts_of(path)))
+def test_imports_only_look_down(path):
+    own = parts_of(path)[0]
+    if own in ("__init__", "__main__"):
+        return
+    wrong = {p[0] for p in imported(path) if p[0] != own and FLOOR[p[0]] >= FLOOR[own]}
+    assert not wrong, f"{own} may not import {', '.join(sorted(wrong))}"
 
 
 @pytest.mark.parametrize(
-    "path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: str(p.relative_to(PACKAGE))
+    "path",
+    [path for path in FILES if parts_of(path)[0] in WINGS],
+    ids=lambda path: "/".join(parts_of(path)),
 )
-def test_imports_only_look_down(path):
-    own = path.relative_to(PACKAGE).with_suffix("").parts[0]
-    if own in ("__init__", "__main__"):
-        return
-    wrong = {p for p in imported_parts(path) if p != own and FLOOR[p] >= FLOOR[own]}
-    assert not wrong, f"{own} may not import {', '.join(sorted(wrong))}"
+def test_wings_only_look_down(path):
+    package, own = parts_of(path)[:2]
+    floor = WING[package]
+    inside = {p[1] for p in imported(path) if p[0] == package and p[1] != own}
+    top = len(WINGS[package])
+    wrong = {p for p in inside if floor.get(p, top) >= floor.get(own, top + 1)}
+    assert not wrong, f"{package}/{own} may not import {', '.join(sorted(wrong))}"
+
+
+def test_every_module_has_a_place_in_its_wing():
+    for package in ("io", "labels"):
+        known = set(WING[package]) | {"__init__"}
+        assert {parts_of(p)[1] for p in FILES if parts_of(p)[0] == package} <= known

@@ -17,18 +17,18 @@ PACKAGE = Path(__file__).parents[1] / "handclean"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 
 READ = {
-    ("io/c3d_remarks.py", "layout.first_frame"),
-    ("io/reading.py", "numbers[row]"),
-    ("io/reading.py", "numbers[row - 1]"),
-    ("io/session.py", "first"),
-    ("io/vendors.py", "first"),
+    ("io/c3d/remarks.py", "layout.first_frame"),
+    ("io/shared/reading.py", "numbers[row]"),
+    ("io/shared/reading.py", "numbers[row - 1]"),
+    ("io/hdf5/session.py", "first"),
+    ("io/text/vendors.py", "first"),
 }
 """Numbers that were read as they are from a file's own column or header."""
 
 COUNTING = {
     "recording.py",
-    "io/c3d_events.py",  # [s] before the first frame
-    "io/csv_write.py",  # a column of numbers
+    "io/c3d/events.py",  # [s] before the first frame
+    "io/text/csv_write.py",  # a column of numbers
     "report/metrics.py",  # where numbers of two takes overlap
 }
 """Modules that add to or subtract from a first frame's number."""

@@ -16,9 +16,9 @@ from handclean.glove.hands import load_hand
 from handclean.glove.poses import key_poses
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.skeleton import load_skeleton
-from handclean.io.joint_map import load_joint_map
+from handclean.io.gltf.skinned_map import load_skinned_map
 from handclean.io.landmarks import read_landmarks
-from handclean.io.skinned_map import load_skinned_map
+from handclean.io.shared.joint_map import load_joint_map
 from handclean.simulation.scenarios import find_scenario
 from handclean.toml import DEEPEST, MOST_BYTES, MOST_TABLES, parse_toml, read_toml
 

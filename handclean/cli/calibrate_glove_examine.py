@@ -3,10 +3,10 @@
 import click
 
 from handclean.cli import glove_options, options
+from handclean.commands.shared.choices import GloveExamining
 from handclean.glove.settings import GloveExamineConfig
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import GloveExamining
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("examine")

@@ -3,10 +3,10 @@
 import click
 
 from handclean.cli import glove_options, options
+from handclean.commands.shared.choices import GloveFitting
 from handclean.glove.settings import GloveFitConfig
-from handclean.pipeline import many, progress
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import GloveFitting
+from handclean.runner import many, progress
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("fit")

@@ -5,10 +5,10 @@ from pathlib import Path
 import click
 
 from handclean.cli import completion, glove_options, options
+from handclean.commands.shared.choices import GloveSampling
 from handclean.glove.settings import GloveSampleConfig
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import GloveSampling
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("sample")

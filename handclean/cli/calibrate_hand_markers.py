@@ -3,9 +3,9 @@
 import click
 
 from handclean.cli import options
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import Calibrating
+from handclean.commands.shared.choices import Calibrating
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 from handclean.subject.settings import CalibrateConfig
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
-from handclean.pipeline import many, progress
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import Scanning
+from handclean.commands.shared.choices import Scanning
+from handclean.runner import many, progress
+from handclean.runner.batch import Batch, Work
 from handclean.subject.scan.settings import ScanConfig
 
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
+from handclean.commands.shared.choices import Cleaning
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
 from handclean.labels.settings import LabelConfig
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import Cleaning
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("clean")

@@ -6,9 +6,9 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
 from handclean.report.settings import CompareConfig
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("compare")

@@ -15,7 +15,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from handclean.pipeline import plan
+from handclean.runner import plan
 from handclean.toml import read_toml
 
 VARIABLE = "_HANDCLEAN_COMPLETE"

@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 
 from handclean.cli import completion, options
-from handclean.pipeline import many, plan
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import Converting
+from handclean.commands.shared.choices import Converting
+from handclean.runner import many, plan
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("convert")

@@ -5,11 +5,11 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
+from handclean.commands.shared.choices import Filling
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import Filling
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("fill-gaps")

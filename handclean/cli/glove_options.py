@@ -6,7 +6,7 @@ import click
 
 from handclean.cli import completion, options
 from handclean.errors import UsageError
-from handclean.pipeline.batch import Batch
+from handclean.runner.batch import Batch
 
 option = click.option(
     "--glove",

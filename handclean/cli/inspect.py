@@ -3,8 +3,8 @@
 import click
 
 from handclean.cli import options
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("inspect")

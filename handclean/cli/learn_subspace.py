@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import LearnConfig
+from handclean.commands.shared.choices import LearnConfig
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("subspace")

@@ -18,8 +18,8 @@ from click.shell_completion import CompletionItem
 from handclean import __version__
 from handclean.cli import completion
 from handclean.errors import HandcleanError, UnknownSettingError
-from handclean.pipeline import interrupts, terminal
-from handclean.pipeline.interrupts import Interrupted
+from handclean.runner import interrupts, terminal
+from handclean.runner.interrupts import Interrupted
 
 COMMANDS = {
     "inspect": "Say what is in a file and what is odd about it.",

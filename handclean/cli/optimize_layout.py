@@ -6,13 +6,13 @@ from pathlib import Path
 import click
 
 from handclean.cli import completion, options
+from handclean.commands.shared.choices import JudgingLayouts, LayingOut
 from handclean.errors import UnknownSettingError, UsageError
 from handclean.ik.settings import SolveConfig
 from handclean.layouts.evaluate_settings import EvaluateConfig
 from handclean.layouts.settings import LayoutConfig
-from handclean.pipeline import many, progress
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import JudgingLayouts, LayingOut
+from handclean.runner import many, progress
+from handclean.runner.batch import Batch, Work
 
 SHEETS = (".pdf", ".svg", ".png")
 
@@ -167,6 +167,6 @@ def _evaluate(
     numbered = {f"on {n}": path for n, path in enumerate(on, start=1)}
     given = options.with_files(batch, prior=prior, **numbered)
     work = Work.of("optimize-layout", given, chosen)
-    work = replace(work, step="handclean.pipeline.steps.evaluate_layout")
+    work = replace(work, step="handclean.commands.evaluate_layout")
     with progress.shown(batch.quiet):
         return many.reduce(work, given, ())

@@ -17,7 +17,7 @@ from click.core import ParameterSource
 
 from handclean import config
 from handclean.cli import completion, tables
-from handclean.pipeline.batch import Batch
+from handclean.runner.batch import Batch
 
 _NOT_GIVEN = (ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
 

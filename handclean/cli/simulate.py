@@ -7,10 +7,10 @@ from pathlib import Path
 import click
 
 from handclean.cli import completion, options
+from handclean.commands.shared.choices import Simulating
 from handclean.errors import UsageError
-from handclean.pipeline import manifest, many, places
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import Simulating
+from handclean.runner import manifest, many, places
+from handclean.runner.batch import Batch, Work
 from handclean.simulation.scenarios import Scenario, find_scenario
 from handclean.simulation.settings import SCENARIOS, SimulateConfig
 

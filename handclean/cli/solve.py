@@ -5,10 +5,10 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
+from handclean.commands.shared.choices import Solving
 from handclean.ik.settings import SolveConfig
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
-from handclean.pipeline.choices import Solving
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @click.command("solve")

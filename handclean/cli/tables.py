@@ -19,7 +19,7 @@ TABLES: dict[str, str] = {
     "calibrate-glove-sample": "handclean.glove.settings:GloveSampleConfig",
     "calibrate-glove-fit": "handclean.glove.settings:GloveFitConfig",
     "calibrate-glove-apply": "handclean.glove.settings:GloveApplyConfig",
-    "learn-subspace": "handclean.pipeline.choices:LearnConfig",
+    "learn-subspace": "handclean.commands.shared.choices:LearnConfig",
     "optimize-layout": "handclean.layouts.settings:LayoutConfig",
     "evaluate-layout": "handclean.layouts.evaluate_settings:EvaluateConfig",
     "compare": "handclean.report.settings:CompareConfig",

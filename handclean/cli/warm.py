@@ -7,7 +7,7 @@ from importlib import import_module
 import click
 
 from handclean.cli import options
-from handclean.pipeline.batch import Batch
+from handclean.runner.batch import Batch
 
 jobs = click.option(
     "-j",
@@ -33,7 +33,7 @@ def command(batch: Batch) -> int:
         handclean warm
     """
     began = time.perf_counter()
-    figures = import_module("handclean.pipeline.warm").warm(batch.jobs or 2)
+    figures = import_module("handclean.commands.shared.kernels").warm(batch.jobs or 2)
     figures["seconds"] = round(time.perf_counter() - began, 3)
     if batch.json:
         click.echo(json.dumps({"status": "done", **figures}))

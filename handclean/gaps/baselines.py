@@ -8,9 +8,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from handclean.arrays import Bools, Floats, Ints
+from handclean.gaps.filler import Refused, Scene
 from handclean.gaps.min_acceleration import EndFit, bridge, nearest
 from handclean.gaps.runs import Cluster, Gap
-from handclean.gaps.scene import Refused, Scene
 from handclean.numerics.procrustes import align
 
 SPREAD = 2e-3

@@ -24,9 +24,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats
+from handclean.gaps.cross_validation import errors_of, lengths_to_try
 from handclean.gaps.min_acceleration import EndFit, bridge
 from handclean.gaps.runs import Cluster, Gap
-from handclean.gaps.trial import errors_of, lengths_to_try
 
 WINDOWS = 240
 """Stretches tried per length."""

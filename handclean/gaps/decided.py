@@ -27,7 +27,7 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats
 from handclean.gaps.runs import runs
-from handclean.gaps.spread import spread
+from handclean.gaps.uncertainty import spread
 from handclean.hand.model import Model
 from handclean.ik.doubt import TOLD, prior_precision, stretches_of
 from handclean.tree import POSE_HEAD, ROOT_DOFS

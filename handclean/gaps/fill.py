@@ -7,26 +7,26 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats
 from handclean.errors import TAKE, HandcleanError
-from handclean.gaps import baselines, follow
+from handclean.gaps import baselines, follow_posture
+from handclean.gaps.filler import Filler, Refused, Scene
 from handclean.gaps.posture import Posture, bridge_posture
 from handclean.gaps.runs import Gap, Limits, gaps_of, seen_in
 from handclean.gaps.samples import with_samples
-from handclean.gaps.scene import Filler, Refused, Scene
 from handclean.gaps.settings import FillConfig
 from handclean.hand.model import Model, marker_positions
 from handclean.hand.subject import Subject
 from handclean.ik.decide import DECIDED
 from handclean.ik.doubt import doubt_of_take, zero_sigma
 from handclean.ik.noise import marker_noise
-from handclean.ik.plausible import plausible
 from handclean.ik.prior import PosturePrior, knowing
+from handclean.ik.residual_test import plausible
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution, markers_of, solve_markers
 from handclean.recording import Event, Motion, Recording, motion_from_poses
 
 FILLERS: dict[str, Filler] = {
-    "min-acceleration": follow.follow,
-    "coupled": follow.follow,
+    "min-acceleration": follow_posture.follow,
+    "coupled": follow_posture.follow,
     "linear": baselines.linear,
     "cubic": baselines.cubic,
     "spline": baselines.spline,
@@ -199,7 +199,7 @@ def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
                 places[rows, gap.column] = FILLERS[method](scene, gap)
             except Refused as no:
                 why = str(no)
-            if not why and FILLERS[method] is follow.follow:
+            if not why and FILLERS[method] is follow_posture.follow:
                 distance = scene.posture.marker_variance[rows, gap.column]
                 variance = distance / 3.0 + scene.posture.leftovers.at(gap.frames)
                 sigma[rows, gap.column] = np.sqrt(variance)

@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Bools, Floats
 from handclean.gaps.coupling import Coupling, couple
+from handclean.gaps.cross_validation import Law, choose, fits_to_try, shape
 from handclean.gaps.min_acceleration import Bridge, EndFit, bridge
 from handclean.gaps.runs import Cluster, Gap, Limits, clusters_of
-from handclean.gaps.trial import Law, choose, fits_to_try, shape
 from handclean.tree import POSE_HEAD, JointTree
 
 SUPPORTED = 2.0

@@ -22,11 +22,11 @@ from handclean.gaps.decided import (
     doubt_jumps,
     same_finger,
 )
-from handclean.gaps.leftovers import PARTIAL, Leftovers, carry, left_over
+from handclean.gaps.offsets import PARTIAL, Leftovers, carry, left_over
 from handclean.gaps.paths import Paths, lay_paths, try_bridging
 from handclean.gaps.refine import Targets, placed
 from handclean.gaps.runs import Gap, Limits, runs, seen_in
-from handclean.gaps.spread import spread
+from handclean.gaps.uncertainty import spread
 from handclean.hand.model import Model
 from handclean.ik.doubt import prior_precision
 from handclean.ik.frames import LOOSE

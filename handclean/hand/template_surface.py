@@ -1,8 +1,8 @@
 """The built-in hand's skin, on any hand of ours.
 
-The template's skin ships as a mesh (made by `handclean.sculpt`). A tree differs from
-the template's by where its joints are and how its axes point. Every bone b brings a
-place v of the template to
+The template's skin ships as a mesh (made by `handclean.factory.sculpt`). A tree differs
+from the template's by where its joints are and how its axes point. Every bone b brings
+a place v of the template to
 
     f_b(v) = j'_b + R_b S_b (v - j_b),
 

@@ -44,8 +44,8 @@ from handclean.hand.model import Model, jacobian
 from handclean.hand.subject import Subject
 from handclean.ik.decide import UNKNOWN, precision_of
 from handclean.ik.frames import LOOSE
-from handclean.ik.plausible import share_left
 from handclean.ik.prior import PosturePrior, knowing
+from handclean.ik.residual_test import share_left
 from handclean.ik.solve import Solution, prior_arrays
 from handclean.tree import POSE_HEAD, ROOT_DOFS
 

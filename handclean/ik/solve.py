@@ -11,8 +11,8 @@ from handclean.ik.decide import decide, precision_of
 from handclean.ik.frames import solve_frames
 from handclean.ik.likeliest import make_likeliest
 from handclean.ik.mend import jumps, mend
-from handclean.ik.plausible import share_left
 from handclean.ik.prior import PosturePrior, knowing
+from handclean.ik.residual_test import share_left
 from handclean.ik.settings import SolveConfig
 from handclean.kernels.gauss_newton import Chain, make_work
 from handclean.recording import Recording

@@ -7,8 +7,8 @@ import numpy as np
 from handclean.hand.subject import Subject
 from handclean.ik.doubt import doubt_of_take, zero_sigma
 from handclean.ik.noise import marker_noise
-from handclean.ik.plausible import plausible
 from handclean.ik.prior import PosturePrior
+from handclean.ik.residual_test import plausible
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import markers_of, solve_markers
 from handclean.recording import Recording, motion_from_poses

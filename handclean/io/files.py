@@ -1,7 +1,7 @@
 """One door to all formats: read, write and inspect by suffix.
 
-What a reader found odd (see `handclean.io.reading`) becomes an event over the whole
-take, so that it stays with the take through every later step.
+What a reader found odd (see `handclean.io.shared.reading`) becomes an event over the
+whole take, so that it stays with the take through every later step.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,28 +14,34 @@ import numpy as np
 from handclean.arrays import Bools
 from handclean.errors import FileError, HandcleanError, UnsaidError, UsageError
 from handclean.hand.surface import Surface
-from handclean.io import seal
-from handclean.io.bvh import write_bvh
-from handclean.io.bvh_angles import read_bvh_angles
-from handclean.io.c3d import inspect_c3d, read_c3d, write_c3d
-from handclean.io.csv_write import write_csv
-from handclean.io.glove_inspect import inspect_readings, is_readings, may_be_readings
-from handclean.io.gltf_write import write_glb
-from handclean.io.h5 import format_of, read_h5
+from handclean.io.bvh.angles import read_bvh_angles
+from handclean.io.bvh.motion import write_bvh
+from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
+from handclean.io.glove.inspect import inspect_readings, is_readings, may_be_readings
+from handclean.io.gltf.write import write_glb
+from handclean.io.hdf5 import seal
+from handclean.io.hdf5.file import format_of, read_h5
+from handclean.io.hdf5.session import FORMAT, read_session, write_session
+from handclean.io.hdf5.subject import FORMAT as SUBJECT
+from handclean.io.hdf5.subject import inspect_subject
 from handclean.io.keeps import lost
-from handclean.io.meshes import SUFFIXES as MESHES
-from handclean.io.mot import inspect_mot, write_mot
+from handclean.io.mesh.meshes import SUFFIXES as MESHES
 from handclean.io.oddities import odd
-from handclean.io.qualisys import read_tsv
-from handclean.io.reading import METRES, Reading, finite, settle_rate, settle_unit
-from handclean.io.rescale import rescaled
-from handclean.io.session import FORMAT, read_session, write_session
 from handclean.io.shapes import inspect_glb, inspect_mesh
-from handclean.io.subject import FORMAT as SUBJECT
-from handclean.io.subject import inspect_subject
-from handclean.io.tables import read_csv
-from handclean.io.trc import read_trc
-from handclean.io.trc_write import write_trc
+from handclean.io.shared.reading import (
+    METRES,
+    Reading,
+    finite,
+    settle_rate,
+    settle_unit,
+)
+from handclean.io.shared.rescale import rescaled
+from handclean.io.text.csv_read import read_csv
+from handclean.io.text.csv_write import write_csv
+from handclean.io.text.mot import inspect_mot, write_mot
+from handclean.io.text.qualisys import read_tsv
+from handclean.io.text.trc_read import read_trc
+from handclean.io.text.trc_write import write_trc
 from handclean.recording import Event, Motion, Recording, Trajectories
 
 Reader = Callable[[Path, float | None, str | None, bool], Reading]

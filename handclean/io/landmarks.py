@@ -11,7 +11,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
-from handclean.io.reading import in_metres, named_unit
+from handclean.io.shared.reading import in_metres, named_unit
 from handclean.toml import read_toml
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from handclean.hand.marker_set import MarkerSet
-from handclean.io.writing import write_lines
+from handclean.io.shared.writing import write_lines
 
 
 def write_marker_set(

@@ -8,19 +8,19 @@ import numpy as np
 from handclean.arrays import Bools, Bytes, Floats32
 from handclean.errors import TAKE, HandcleanError
 from handclean.hand.subject import Subject
-from handclean.ik.plausible import plausible
 from handclean.ik.prior import PosturePrior
+from handclean.ik.residual_test import plausible
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import decided
-from handclean.labels.align import Found
-from handclean.labels.evidence import MOST, give_up
-from handclean.labels.kit import REFUSED, Trace, rules_of
-from handclean.labels.models import sought
+from handclean.labels.checks.evidence import MOST, give_up
+from handclean.labels.checks.side import expect_side
+from handclean.labels.checks.unit import unit_hint
 from handclean.labels.points import Cloud, cloud_of
-from handclean.labels.pursue import first_fit, pursue
+from handclean.labels.search.align import Found
 from handclean.labels.settings import LabelConfig
-from handclean.labels.side import expect_side
-from handclean.labels.size import unit_hint
+from handclean.labels.target import sought
+from handclean.labels.track.tracker import REFUSED, Trace, rules_of
+from handclean.labels.track_take import first_fit, pursue
 from handclean.recording import (
     Event,
     Origin,

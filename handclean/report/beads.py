@@ -7,7 +7,7 @@ import numpy as np
 from handclean.arrays import Bytes, Floats, Ints
 from handclean.hand.model import Model
 from handclean.hand.surface import MOST_BONES, Surface, rest_joints
-from handclean.report.hand_pictures import skin_colors
+from handclean.report.drawing import skin_colors
 
 RED = (200, 30, 40)
 """Colour of the spheres."""

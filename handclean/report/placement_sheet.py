@@ -22,7 +22,7 @@ from handclean.hand.model import Model
 from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import bone_frame
 from handclean.hand.template_surface import landmarks, template_surface
-from handclean.report.hand_pictures import MARGIN, drawn, looking, skin_colors
+from handclean.report.drawing import MARGIN, drawn, looking, skin_colors
 from handclean.tree import MIRROR, JointTree
 
 PAGES = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}

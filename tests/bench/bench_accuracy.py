@@ -24,7 +24,7 @@ from measuring import counted
 
 from handclean.gaps.fill import fill
 from handclean.hand.marker_set import load_marker_set
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.labels.baseline import follow_points
 from handclean.labels.label import label
 from handclean.simulation.settings import SimulateConfig

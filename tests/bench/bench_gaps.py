@@ -24,7 +24,7 @@ from handclean.gaps.fill import fill
 from handclean.gaps.settings import METHODS, FillConfig
 from handclean.hand.marker_set import load_marker_set
 from handclean.io.files import read
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Origin, Recording, trajectories
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate

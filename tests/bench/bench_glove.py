@@ -34,7 +34,7 @@ from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.ik.solve import solve_markers
 from handclean.ik.take import solve
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Recording, trajectories
 from handclean.simulation.glove import AGAIN, MORE, SHOWN, TRAINED, simulate_glove
 from handclean.simulation.glove_motions import LONG, tip_distance

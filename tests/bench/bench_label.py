@@ -28,7 +28,7 @@ from handclean.gaps.fill import fill
 from handclean.hand.marker_set import load_marker_set
 from handclean.ik.solve import markers_of, solve_markers
 from handclean.io.files import read
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.labels.baseline import follow_points
 from handclean.labels.label import label
 from handclean.recording import Points, Recording

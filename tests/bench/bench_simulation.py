@@ -16,7 +16,7 @@ from measuring import absent, counted
 
 from handclean.ik.prior import coverage, misfit
 from handclean.io.files import read
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.simulation.figures import (
     motion_figures,
     motion_table,

@@ -8,12 +8,12 @@ from typing import Annotated
 
 import click
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "pipeline" / "fakes"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "runner" / "fakes"))
 
 from handclean.cli import main as frame
 from handclean.cli import options, tables
-from handclean.pipeline import many
-from handclean.pipeline.batch import Batch, Work
+from handclean.runner import many
+from handclean.runner.batch import Batch, Work
 
 
 @dataclass(frozen=True, kw_only=True)

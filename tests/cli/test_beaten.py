@@ -12,7 +12,7 @@ from handclean import config
 from handclean.cli import main as frame
 from handclean.cli import options, tables
 from handclean.io import files
-from handclean.pipeline import many
+from handclean.runner import many
 
 ARGUMENTS = {"simulate": ["{scenario}"], "compare": ["a.h5", "b.h5"]}
 

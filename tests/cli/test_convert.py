@@ -11,17 +11,18 @@ import numpy as np
 import pytest
 
 from handclean.cli.main import main
+from handclean.commands.inspect import FIGURES
+from handclean.commands.shared import sessions
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import template_subject
 from handclean.hand.template import template
 from handclean.io import files
-from handclean.io.prior import read_prior
-from handclean.pipeline import plan, sessions
-from handclean.pipeline.batch import Source
-from handclean.pipeline.steps.inspect import FIGURES
+from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Recording, motion_from_poses, trajectories
-from tests.io.c3d_oracles import c3d_bytes
+from handclean.runner import plan
+from handclean.runner.batch import Source
+from tests.io.c3d.c3d_oracles import c3d_bytes
 
 
 @pytest.fixture

@@ -11,20 +11,20 @@ from handclean.cli.main import main
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import template_subject
-from handclean.io import h5_child
-from handclean.io.session import write_session
-from handclean.io.subject import write_subject
+from handclean.io.hdf5 import walker
+from handclean.io.hdf5.session import write_session
+from handclean.io.hdf5.subject import write_subject
 from handclean.recording import Recording, trajectories
-from tests.io.test_h5_child import with_ring
-from tests.io.test_seal import with_a_flipped_bit
+from tests.io.hdf5.test_seal import with_a_flipped_bit
+from tests.io.hdf5.test_walker import with_ring
 
 
 @pytest.fixture(autouse=True)
 def in_a_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     yield
-    h5_child.stop()
-    h5_child._State.bad.clear()
+    walker.stop()
+    walker._State.bad.clear()
 
 
 def take(name):
@@ -60,9 +60,9 @@ def test_skipped_files_start_no_process(capfd, monkeypatch):
     take("a.h5")
     line = ["convert", "a.h5", "-o", "b.h5", "--json"]
     assert main(line) == 0
-    h5_child.stop()
+    walker.stop()
     capfd.readouterr()
-    monkeypatch.setattr(h5_child, "_started", None)
+    monkeypatch.setattr(walker, "_started", None)
     assert main(line) == 0
     assert json.loads(capfd.readouterr().out)["status"] == "skipped"
 

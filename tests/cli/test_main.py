@@ -11,8 +11,8 @@ import pytest
 from handclean import __version__
 from handclean.cli import main as frame
 from handclean.errors import UsageError
-from handclean.pipeline import record
-from handclean.pipeline.notice import COMPILING
+from handclean.runner import provenance
+from handclean.runner.notice import COMPILING
 
 HEAVY = {"numpy", "scipy", "numba", "h5py", "c3d", "trimesh", "matplotlib"}
 
@@ -191,7 +191,7 @@ def test_a_stream_that_is_closed_hinders_nothing(program, write, closed, jobs):
     assert "internal" not in err
     assert (out == "") == (1 in closed)
     for name in names:
-        assert record.intact((Path("out") / name).with_suffix(".h5"))
+        assert provenance.intact((Path("out") / name).with_suffix(".h5"))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from handclean.cli import options
 from handclean.errors import UsageError
-from handclean.pipeline.batch import Batch
+from handclean.runner.batch import Batch
 
 from . import program
 

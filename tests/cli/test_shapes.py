@@ -13,9 +13,9 @@ from handclean.hand.subject import template_subject
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.io import files
-from handclean.io.gltf_write import write_hand
-from handclean.io.meshes import Mesh, read_mesh, write_mesh
-from handclean.io.subject import read_subject, write_subject
+from handclean.io.gltf.write import write_hand
+from handclean.io.hdf5.subject import read_subject, write_subject
+from handclean.io.mesh.meshes import Mesh, read_mesh, write_mesh
 from handclean.recording import Recording, motion_from_poses
 
 

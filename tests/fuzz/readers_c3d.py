@@ -5,9 +5,9 @@ import io
 import numpy as np
 
 from handclean.io import files
-from handclean.io.c3d import write_c3d
+from handclean.io.c3d.read import write_c3d
 from tests.fuzz.inputs import BYTES, Reader
-from tests.io.c3d_oracles import c3d_bytes, take
+from tests.io.c3d.c3d_oracles import c3d_bytes, take
 
 EVENTS = {"EVENT": {"LABELS": ["go"], "TIMES": np.array([[0.0, 0.1]])}}
 GROUPS = {"POINT": {"ANGLES": ["RELB"], "Y_SCREEN": "+Z", "LONG_FRAMES": 9.0}}

@@ -14,21 +14,23 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from handclean.commands.inspect import inspect
+from handclean.commands.shared import glove_files
 from handclean.errors import HandcleanError
 from handclean.glove.calibrate import calibrate
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.hand.template_surface import template_surface
-from handclean.io import files, seal
-from handclean.io.glove import open_readings, write_readings
-from handclean.io.prior import read_prior, write_prior
-from handclean.io.session import write_session
-from handclean.io.subject import read_subject, write_subject
-from handclean.pipeline import glove_files, record
-from handclean.pipeline.batch import Source
-from handclean.pipeline.steps.inspect import inspect
+from handclean.io import files
+from handclean.io.glove.readings import open_readings, write_readings
+from handclean.io.hdf5 import seal
+from handclean.io.hdf5.prior import read_prior, write_prior
+from handclean.io.hdf5.session import write_session
+from handclean.io.hdf5.subject import read_subject, write_subject
+from handclean.runner import provenance
+from handclean.runner.batch import Source
 from tests.fuzz.inputs import BYTES, Reader
-from tests.io.test_session import a_take
+from tests.io.hdf5.test_session import a_take
 from tests.linear_glove import GLOVE, QUICK, linear_samples
 
 _MADE = ({"command": "fuzz", "version": "1", "inputs": []},)
@@ -210,7 +212,7 @@ def _any_value(rng):
 
 def _reader(seeds, *ways):
     """Read with and without ``--lenient``, and in one more way, each by itself."""
-    more = (*ways[1:], record.of, record.intact, _inspected)
+    more = (*ways[1:], provenance.of, provenance.intact, _inspected)
 
     def read(path: Path) -> None:
         chosen = zlib.crc32(path.read_bytes())

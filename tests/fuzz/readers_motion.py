@@ -5,7 +5,7 @@ import numpy as np
 from handclean.errors import HandcleanError
 from handclean.hand.template import template
 from handclean.io import files
-from handclean.io.joint_map import shipped
+from handclean.io.shared.joint_map import shipped
 from handclean.recording import Recording, motion_from_poses
 from tests.fuzz.inputs import TEXT, Reader
 

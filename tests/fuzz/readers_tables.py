@@ -7,12 +7,12 @@ import numpy as np
 
 from handclean.errors import HandcleanError
 from handclean.io import files
-from handclean.io.csv_write import write_csv
-from handclean.io.glove import head_of, open_readings, write_readings
-from handclean.io.mot import inspect_mot, write_mot
-from handclean.io.trc_write import write_trc
-from handclean.pipeline import manifest
+from handclean.io.glove.readings import head_of, open_readings, write_readings
+from handclean.io.text.csv_write import write_csv
+from handclean.io.text.mot import inspect_mot, write_mot
+from handclean.io.text.trc_write import write_trc
 from handclean.recording import Motion, Points, Recording, trajectories
+from handclean.runner import manifest
 from tests.fuzz.inputs import TEXT, Reader
 
 

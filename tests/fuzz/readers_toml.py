@@ -9,8 +9,9 @@ from handclean.glove import gloves, hands, poses
 from handclean.hand import marker_set
 from handclean.hand.skeleton import load_skeleton, rigid_subject
 from handclean.hand.template import template
-from handclean.io import joint_map, landmarks
-from handclean.io.skinned_map import load_skinned_map
+from handclean.io import landmarks
+from handclean.io.gltf.skinned_map import load_skinned_map
+from handclean.io.shared import joint_map
 from handclean.simulation.scenarios import find_scenario, settings_for
 from tests.fuzz.inputs import TEXT, Reader
 

@@ -11,7 +11,7 @@ from handclean.gaps.settings import FillConfig
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.ik.prior import PosturePrior
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Event, Origin, Points, Recording, trajectories
 
 

@@ -16,7 +16,7 @@ from handclean.ik.doubt import (
     zero_sigma,
 )
 from handclean.ik.take import solve
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.subject.calibrate import calibrate
 from handclean.subject.settings import CalibrateConfig
 

@@ -12,7 +12,7 @@ from handclean.ik import solve as solving
 from handclean.ik.decide import precision_of
 from handclean.ik.likeliest import climb, distances, improbability, pulled, uphill
 from handclean.ik.solve import chain_of, prior_arrays, solve_markers
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.kernels.gauss_newton import advance, make_work
 
 NOISE = 5e-4

@@ -9,7 +9,7 @@ from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
 from handclean.ik import solve as solving
 from handclean.ik.solve import markers_of, solve_markers
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate
 

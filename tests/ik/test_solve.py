@@ -15,7 +15,7 @@ from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import solve_markers
 from handclean.ik.take import solve
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Origin, Recording, trajectories
 
 

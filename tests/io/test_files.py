@@ -11,8 +11,8 @@ from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.hand.model import neutral_pose
 from handclean.hand.template import template
 from handclean.io import files
-from handclean.io.h5 import write_h5
-from handclean.io.parts import Array, Part
+from handclean.io.hdf5.file import write_h5
+from handclean.io.hdf5.parts import Array, Part
 from handclean.recording import (
     Origin,
     Points,

@@ -15,12 +15,12 @@ from handclean.hand.subject import template_subject
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.io import files
-from handclean.io.h5 import read_h5, write_h5
-from handclean.io.parts import Array, Part
-from handclean.io.prior import FORMAT as PRIOR
-from handclean.io.prior import read_prior, write_prior
-from handclean.io.subject import FORMAT as SUBJECT
-from handclean.io.subject import read_subject, write_subject
+from handclean.io.hdf5.file import read_h5, write_h5
+from handclean.io.hdf5.parts import Array, Part
+from handclean.io.hdf5.prior import FORMAT as PRIOR
+from handclean.io.hdf5.prior import read_prior, write_prior
+from handclean.io.hdf5.subject import FORMAT as SUBJECT
+from handclean.io.hdf5.subject import read_subject, write_subject
 from handclean.recording import (
     Motion,
     Origin,

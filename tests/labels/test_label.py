@@ -8,12 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from handclean.errors import HandcleanError
-from handclean.labels import pursue
-from handclean.labels.align import search
+from handclean.labels import track_take
+from handclean.labels.checks.unit import unit_hint
 from handclean.labels.label import label
 from handclean.labels.points import cloud_of
+from handclean.labels.search.align import search
 from handclean.labels.settings import LabelConfig
-from handclean.labels.size import unit_hint
 from handclean.recording import Origin, Points, Recording
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate
@@ -156,11 +156,11 @@ def test_another_persons_subject_is_refused_after_few_searches(trial, monkeypatc
         efforts.append(more["keep"])
         return search(*given, **more)
 
-    monkeypatch.setattr(pursue, "search", counted)
+    monkeypatch.setattr(track_take, "search", counted)
     with pytest.raises(HandcleanError, match=r"in none of its .* frames; is"):
         label(trial.unlabelled, resized(trial.subject, 1.5))
     tried = 2 * LabelConfig().start_frames
-    further = 2 * np.log(trial.unlabelled.frames) / np.log(pursue.HOPELESS)
+    further = 2 * np.log(trial.unlabelled.frames) / np.log(track_take.HOPELESS)
     assert tried < len(efforts) <= tried + further + 2
 
 

@@ -9,7 +9,7 @@ from trees import KINDS, moving, named, nameless, seen_of, thing
 from handclean.gaps.fill import fill
 from handclean.ik.solve import solve_markers
 from handclean.ik.take import solve
-from handclean.io.prior import read_prior
+from handclean.io.hdf5.prior import read_prior
 from handclean.labels.label import label
 
 SURE = 1.5

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from people import as_take, person
 
-from handclean.pipeline.batch import Source
-from handclean.pipeline.steps.calibrate_hand_markers import with_files
+from handclean.commands.calibrate_hand_markers import with_files
+from handclean.runner.batch import Source
 from handclean.subject.alike import words_on_takes
 from handclean.subject.calibrate import calibrate
 from handclean.subject.frames import gather

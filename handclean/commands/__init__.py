@@ -1,0 +1,1 @@
+"""One step per command; see ``handclean.runner.outcome``."""

@@ -1,0 +1,77 @@
+"""A calibration for another wearing, from a few samples of it."""
+
+from pathlib import Path
+
+import numpy as np
+
+from handclean.commands.shared import glove_files
+from handclean.commands.shared.choices import GloveRewearing
+from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.glove import samples as samples_of
+from handclean.glove.rewear import rewear
+from handclean.runner.batch import Source
+from handclean.runner.outcome import Entry, Outcome
+
+FIGURES = {
+    "glove": "its name",
+    "samples": "samples with a rotation that is calibrated",
+    "before_deg": "how far the calibration was from them [degrees]",
+    "after_deg": "how far it is now [degrees]",
+    "shift_deg": "of each sensor, in degrees of what it measures",
+    "gain": "of each sensor",
+    "scale": "of what usually changes, that was most probable",
+    "doubt_deg": "what stays in doubt of the wearing [degrees]",
+}
+
+_MANY = 3.0
+"""Times the usual change that is worth a word."""
+
+
+def calibrate_glove_rewear(
+    sources: tuple[Source, ...], settings: GloveRewearing
+) -> Outcome:
+    """Adapt a calibration to another wearing."""
+    given = sources[0].files.get("calibration")
+    if given is None:
+        raise UsageError(
+            "--calibration: is missing; 'handclean calibrate-glove fit' makes one"
+        )
+    calibration = glove_files.read_calibration(given)
+    samples = samples_of.merged(
+        [glove_files.read_samples(source.path)[0] for source in sources]
+    )
+    try:
+        found = rewear(calibration, samples)
+    except HandcleanError as error:
+        raise FileError(given, str(error)) from None
+
+    def write(path: Path, provenance: tuple[Entry, ...]) -> None:
+        glove_files.write_calibration(path, found.calibration, provenance)
+
+    names = calibration.glove.sensors
+    own = [k for k, name in enumerate(names) if np.isfinite(found.shift[k])]
+    shift = {names[k]: float(np.degrees(found.shift[k])) for k in own}
+    before, after = np.degrees([found.before, found.after])
+    most = max(shift, key=lambda name: abs(shift[name]))
+    warnings = []
+    if found.scale > _MANY:
+        warnings.append(
+            f"readings changed {found.scale:g} times more than between wearings as a "
+            "rule: another person or glove? 'calibrate-glove fit' may serve better"
+        )
+    return Outcome(
+        line=f"{found.samples} samples were {before:.1f} degrees off and are "
+        f"{after:.1f} now; {most} moved most, by {shift[most]:+.1f}",
+        figures={
+            "glove": calibration.glove.name,
+            "samples": found.samples,
+            "before_deg": float(before),
+            "after_deg": float(after),
+            "shift_deg": shift,
+            "gain": {names[k]: float(found.gain[k]) for k in own},
+            "scale": found.scale,
+            "doubt_deg": float(np.degrees(found.doubt)),
+        },
+        warnings=tuple(warnings),
+        writers=(write,),
+    )

@@ -1,0 +1,170 @@
+"""A subject from labelled range-of-motion takes of one hand."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from handclean.commands.shared import names, sessions
+from handclean.commands.shared.choices import Calibrating
+from handclean.errors import UsageError
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.subject import Subject
+from handclean.io.hdf5.subject import read_subject, write_subject
+from handclean.runner import needs
+from handclean.runner.batch import Source
+from handclean.runner.outcome import Entry, Outcome
+from handclean.subject.calibrate import calibrate
+from handclean.subject.scan.dress import Dressed, dress
+
+SCANNED = ("neutral_rms_mm", "neutral_set_rms_mm", "marker_height_mm")
+"""Figures of hands from a scan only."""
+
+FIGURES = {
+    "side": "of the hand",
+    "size": "length of the hand against the template's",
+    "frames": "frames of all takes",
+    "frames_usable": "frames with enough markers",
+    "frames_used": "frames the hand was learnt from",
+    "frames_held_out": "frames the error was measured on",
+    "train_rms_mm": "RMS distance of markers in the frames used",
+    "heldout_rms_mm": "RMS distance in those held out",
+    "heldout_kept_rms_mm": "the same without doubtful samples",
+    "doubtful": "share of held-out samples that fit no posture",
+    "noise_mm": "noise of a marker, each way",
+    "camera_noise_mm": "the part of it that changes from frame to frame",
+    "poorly_moved": "joints that moved too little",
+    "neutral_rms_mm": "RMS distance of markers from their places on a scanned hand, in "
+    "the neutral frames",
+    "neutral_set_rms_mm": "the same from where the marker set has them",
+    "marker_height_mm": "median height of markers over the scanned skin",
+}
+
+
+def calibrate_hand_markers(
+    sources: tuple[Source, ...], settings: Calibrating
+) -> Outcome:
+    """Find bone lengths, joint places, axes and marker places of one hand."""
+    sets = {source.marker_set for source in sources}
+    sides = {source.side for source in sources}
+    if sets == {""}:
+        raise needs.no_marker_set()
+    if len(sets) > 1 or len(sides) > 1:
+        raise UsageError("--manifest: all takes should be of one marker set and side")
+    (name,) = sets
+    labels_sought = load_marker_set(name).labels
+    read = [names.matched(sessions.read(source), labels_sought) for source in sources]
+    takes = [take for take, _ in read]
+    same = (
+        *dict.fromkeys(words for _, told in read for words in told),
+        *sessions.traps_of_all(sources, takes),
+    )
+    has = [names.labels_of(take) for take in takes]
+    for source, labels in zip(sources, has, strict=True):
+        names.expect_set(source.path, labels, name)
+    scan_figures: Mapping[str, Any] = {}
+    scan_words: tuple[str, ...] = ()
+    scanned = _scanned(sources)
+    if scanned is not None:
+        dressed = dress(
+            scanned,
+            takes,
+            load_marker_set(name),
+            settings.calibrate,
+            name=settings.name,
+        )
+        placed = _placed(dressed)
+        if dressed.report is None:
+            return replace(placed, warnings=(*placed.warnings, *same))
+        subject, report = dressed.subject, dressed.report
+        scan_figures, scan_words = placed.figures, placed.warnings
+    else:
+        subject, report = calibrate(
+            takes,
+            load_marker_set(name),
+            settings.calibrate,
+            side=sides.pop(),
+            name=settings.name,
+        )
+
+    more = names.larger_set(set.intersection(*map(set, has)), name)
+
+    def write(path: Path, provenance: tuple[Entry, ...]) -> None:
+        write_subject(path, subject, provenance)
+
+    line = (
+        f"{report.side} hand, {100 * report.size:.0f} % of the template's length, "
+        f"learnt from {report.frames_used} of {report.frames} frames; "
+        f"held out: {1e3 * report.heldout_rms_m:.2f} mm RMS"
+    )
+    figures = {
+        name: 1e3 * getattr(report, f"{name[:-2]}m")
+        if name.endswith("_mm")
+        else getattr(report, name)
+        for name in FIGURES
+        if name not in SCANNED
+    }
+    return Outcome(
+        line=line,
+        figures={**figures, **scan_figures},
+        warnings=tuple(
+            with_files(words, sources) for words in (*scan_words, *report.warnings)
+        )
+        + tuple(more)
+        + same,
+        writers=(write,),
+    )
+
+
+def with_files(words: str, sources: Sequence[Source]) -> str:
+    """Put names of files for "take 1", "take 2" where there are several takes."""
+    if len(sources) < 2:
+        return words
+
+    called = [source.path.name for source in sources]
+    if len(set(called)) < len(called):
+        called = [source.name for source in sources]
+
+    def name(found: re.Match[str]) -> str:
+        number = int(found[1])
+        return called[number - 1] if 0 < number <= len(called) else found[0]
+
+    return re.sub(r"\btake (\d+)\b", name, words)
+
+
+def _scanned(sources: tuple[Source, ...]) -> Subject | None:
+    """Read the scanned hand that the takes are of, if one is named."""
+    paths = {path for source in sources for path in source.subjects}
+    if not paths:
+        return None
+    if len(paths) > 1:
+        raise UsageError("--subject: is one hand, from 'calibrate-hand scan'")
+    subject = read_subject(paths.pop())
+    sides = {source.side for source in sources} - {"", subject.model.tree.side}
+    if sides:
+        raise UsageError(
+            f"--side {sides.pop()}: the scan is of a {subject.model.tree.side} hand"
+        )
+    return subject
+
+
+def _placed(dressed: Dressed) -> Outcome:
+    """Say where a scanned hand's markers are when takes told no more."""
+    subject, placed = dressed.subject, dressed.placed
+
+    def write(path: Path, provenance: tuple[Entry, ...]) -> None:
+        write_subject(path, subject, provenance)
+
+    line = (
+        f"{subject.model.tree.side} hand of a scan, {len(subject.model.labels)} "
+        f"markers placed from {len(placed.poses)} neutral frames; they lie "
+        f"{1e3 * placed.start_rms_m:.1f} mm RMS from where {subject.marker_set} has "
+        "them"
+    )
+    figures: dict[str, Any] = {
+        "side": subject.model.tree.side,
+        "size": subject.model.tree.scale,
+        **{name: 1e3 * subject.errors[f"{name[:-2]}m"] for name in SCANNED},
+    }
+    return Outcome(line=line, figures=figures, warnings=placed.words, writers=(write,))

@@ -1,0 +1,71 @@
+"""Any format in, any format out."""
+
+from handclean.commands.shared import sessions, shapes, skins
+from handclean.commands.shared.choices import Converting
+from handclean.io.keeps import kept
+from handclean.io.oddities import wrong_size
+from handclean.recording import Recording
+from handclean.runner.batch import Source
+from handclean.runner.outcome import Outcome
+
+FIGURES = {
+    "frames": "frames of the take",
+    "rate_hz": "frames per second",
+    "markers": "named markers",
+    "points": "points that have no name",
+    "motions": "hands or objects whose motion is known",
+    "side": "of a subject's hand",
+    "length_mm": "of a subject's hand",
+    "vertices": "of a mesh, or of a subject's own skin",
+    "faces": "triangles of it",
+}
+
+
+def convert(source: Source, settings: Converting | None) -> Outcome:
+    """Read a take and hand it back as it is; say what of it the new format keeps.
+
+    So with a mesh and a subject; a skinned hand becomes a subject.
+    """
+    if shapes.is_skinned(source):
+        return shapes.skinned(source, settings.joint_map if settings else "")
+    if shapes.is_mesh(source):
+        return shapes.mesh(source)
+    if shapes.is_subject(source):
+        return shapes.subject_file(source)
+    recording = sessions.read(source)
+    unnamed = settings is not None and settings.unnamed
+    figures = contents(kept(recording, source.target, unnamed=unnamed))
+    surfaces = None
+    odd: tuple[str, ...] = ()
+    if source.target == ".glb" and source.subjects:
+        surfaces, odd = skins.worn(source, recording)
+    return sessions.outcome(
+        recording,
+        in_words(figures),
+        figures,
+        (*sessions.traps(source, recording), *wrong_size(recording), *odd),
+        surfaces,
+        unnamed=unnamed,
+    )
+
+
+def contents(recording: Recording) -> dict[str, float]:
+    """Count what is in a take."""
+    markers, points = recording.markers, recording.unlabelled
+    return {
+        "frames": recording.frames,
+        "rate_hz": recording.rate,
+        "markers": len(set(markers.labels)) if markers is not None else 0,
+        "points": len(points.frame) if points is not None else 0,
+        "motions": len(recording.motions),
+    }
+
+
+def in_words(figures: dict[str, float]) -> str:
+    """Say the same in a few words, leaving out what there is none of."""
+    parts = [f"{figures['frames']} frames at {figures['rate_hz']:g} Hz"]
+    for name in ("markers", "points", "motions"):
+        count = figures[name]
+        if count:
+            parts.append(f"{count} {name if count != 1 else name[:-1]}")
+    return ", ".join(parts)

@@ -1,0 +1,195 @@
+"""What is in a file, and what is odd about it."""
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any
+
+from handclean.io import files
+from handclean.io.hdf5 import seal
+from handclean.runner.batch import Source
+from handclean.runner.outcome import Outcome
+
+FIGURES = {
+    "format": "suffix without its dot, or the kind of an HDF5 file",
+    "frames": "frames the file holds",
+    "first_frame": "number of its first frame",
+    "start_time_s": "time of its first frame, as the file counts time",
+    "rate": "frames per second, null when the file does not say",
+    "duration_s": "length of the take",
+    "unit": "of lengths in the file",
+    "up_axis": "axis that points up",
+    "markers": "names of the markers",
+    "marker_count": "how many of them",
+    "missing": "share of frames without it, by marker",
+    "samples": "samples that are missing, measured, filled, rejected, smoothed",
+    "gaps": "gaps that have a sample before and after",
+    "longest_gap_frames": "longest of them",
+    "median_gap_frames": "middle one of them",
+    "open_ends": "gaps at the take's edges",
+    "unlabelled_points": "points without a name, over all frames",
+    "most_unlabelled_in_a_frame": "most of them in one frame",
+    "motions": "hands and objects whose motion is known",
+    "skeletons": "joint trees",
+    "analog": "names of analog channels",
+    "analog_rate": "their samples per second",
+    "events": "events",
+    "steps": "commands that made the file",
+    "processor": "C3D: Intel, DEC or MIPS",
+    "numbers": "C3D: integer or float",
+    "scale": "C3D: POINT:SCALE",
+    "points": "C3D: columns of points",
+    "measured": "C3D: frames in which it was measured, by marker",
+    "unlabelled_columns": "C3D: columns without a name",
+    "model_outputs": "C3D: points that are angles, forces and the like",
+    "angles": "C3D: those of them that are angles, of joints or the like",
+    "columns": "MOT: names of its columns",
+    "in_degrees": "MOT: whether its angles are in degrees",
+    "residual_m": "C3D: smallest and largest residual of measured samples [m]",
+    "groups": "C3D: groups of parameters",
+    "vertices": "of a mesh, or of a skinned hand without its seams",
+    "faces": "triangles of it",
+    "joints": "glTF: names of the joints of its skins",
+    "name": "of a subject; its file's where it has none",
+    "side": "of a subject's hand",
+    "size": "length of a subject's hand against the template's",
+    "length_mm": "of a subject's hand",
+    "marker_set": "that a subject's markers are named after",
+    "calibrated": "whether a subject was measured, or is the template",
+    "residual_mm": "RMS distance of markers in frames held out of the calibration; "
+    "where there are none, that which solvers expect",
+    "skin": "whether a subject has a skin of its own",
+    "glove": "that samples or a calibration are of",
+    "wearer": "who wore it",
+    "readings": "samples of a glove",
+    "kinds": "of samples: FK, for other wearers too, and IK",
+    "recordings": "that samples were taken of, with how many",
+    "rotations": "that are known: samples FK and IK, and floor_deg of a calibration, "
+    "what samples of one recording are off together [degrees]",
+    "rotations_measured": "how many the glove measures",
+    "model": "of a calibration: its kind",
+    "use": "samples a calibration was learnt from: all, fk or ik",
+    "repeat_deg": "what putting the glove on again changes [degrees]",
+    "worn_again": "whether a calibration is for another wearing than its samples'",
+    "doubt_deg": "what is not known of that wearing [degrees]",
+    "sensors": "of readings of a glove",
+    "facts": "what readings of a glove say of themselves",
+    "parts": "HDF5 of another kind than a session: its parts",
+    "traps": "what is odd, one line each",
+    "trap_count": "how many of them",
+    "other": "what else the format tells",
+}
+
+
+_OF_GLOVES = ("handclean glove samples", "handclean glove calibration")
+
+_OF_ANY = ("format", "parts", "traps")
+"""Figures of HDF5 of an unknown kind; its attributes may be called anything."""
+
+_MORE = {"point": " without a name", "joint": " with angles"}
+
+
+def inspect(source: Source, settings: None) -> Outcome:
+    """Look into a file; one that is damaged is read as far as it goes."""
+    about = files.inspect(
+        source.path,
+        rate_hz=source.rate_hz,
+        unit=source.unit,
+        believe_coordinates=source.believe_coordinates,
+    )
+    glove = None
+    if about["format"] in _OF_GLOVES:  # late, as it takes half a second
+        glove = import_module("handclean.commands.shared.glove_inspect")
+        with seal.tolerated(True) as broken:
+            found = glove.inspect_glove(source.path, about)
+        new = [line for line in broken if line not in found["traps"]]
+        about = {**found, "traps": [*new, *found["traps"]]}
+    known = _OF_ANY if "parts" in about else FIGURES
+    figures = {name: about.pop(name) for name in known if name in about}
+    if "markers" in figures:
+        figures["marker_count"] = len(figures["markers"])
+    figures["trap_count"] = len(figures.setdefault("traps", []))
+    if about:
+        figures["other"] = about
+    if glove is None or "rotations" not in figures:
+        return Outcome(line=in_words(figures), figures=figures)
+    more = glove.in_words(figures)
+    return Outcome(
+        line=in_words(figures, more), figures=figures, details=glove.rows(figures)
+    )
+
+
+def in_words(figures: Mapping[str, Any], more: Sequence[str] = ()) -> str:
+    """Say on one line what is in a file, ``more`` of what it alone has."""
+    words = [_format(figures), *more]
+    if "skin" in figures:
+        words += _subject(figures)
+    if "frames" in figures:
+        words.append(_length(figures))
+    for name, what in (
+        ("markers", "marker" if "skin" not in figures else ""),
+        ("unlabelled_points", "point"),
+        ("motions", "motion"),
+        ("angles", "joint"),
+        ("columns", "column"),
+        ("sensors", "sensor"),
+        ("gaps", "gap"),
+        ("open_ends", "open end"),
+        ("analog", "analog channel"),
+    ):
+        count = _count(figures.get(name, 0)) if what else 0
+        if count:
+            words.append(f"{count} {what}{'s' * (count != 1)}{_MORE.get(what, '')}")
+    words += _mesh(figures)
+    if figures.get("steps"):
+        words.append("made by " + ", ".join(figures["steps"]))
+    text = ", ".join(words)
+    return "; odd: ".join(
+        [text, "; ".join(figures["traps"])][: 1 + bool(figures["traps"])]
+    )
+
+
+def _subject(figures: Mapping[str, Any]) -> list[str]:
+    words = [f"'{figures['name']}'"]
+    if figures["length_mm"] is not None:
+        words.append(
+            f"a {figures['side']} hand of {figures['length_mm']:.0f} mm "
+            f"({100 * figures['size']:.0f} % of the template's)"
+        )
+    if count := len(figures["markers"]):
+        worn = f" of {figures['marker_set']}" if figures["marker_set"] else ""
+        words.append(f"{count} marker{'s' * (count != 1)}{worn}")
+    if figures["residual_mm"] is not None:
+        words.append(f"residual {figures['residual_mm']:.2f} mm")
+    if not figures["calibrated"]:
+        words.append("not calibrated")
+    words.append("with a skin of its own" if figures["skin"] else "no skin of its own")
+    return words
+
+
+def _mesh(figures: Mapping[str, Any]) -> list[str]:
+    words = []
+    for side in figures.get("skeletons", {}) if "joints" in figures else ():
+        words.append(f"a skinned {side} hand")
+    if "joints" in figures:
+        words.append(f"{len(figures['joints'])} skin joints")
+    if "vertices" in figures:
+        words.append(f"{figures['vertices']} vertices")
+        words.append(f"{figures['faces']} faces")
+    return words
+
+
+def _format(figures: Mapping[str, Any]) -> str:
+    parts = (figures.get(name) for name in ("format", "processor", "numbers"))
+    return " ".join(str(part) for part in parts if part)
+
+
+def _length(figures: Mapping[str, Any]) -> str:
+    frames, rate = figures["frames"], figures.get("rate")
+    first = figures.get("first_frame", 1)
+    text = f"{frames} frame{'s' * (frames != 1)}"
+    text += f" from {first}" if first != 1 else ""
+    return text + (f" at {rate:g} Hz" if rate else " at an unknown rate")
+
+
+def _count(value: Any) -> int:
+    return value if isinstance(value, int) else len(value)

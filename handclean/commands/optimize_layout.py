@@ -1,0 +1,341 @@
+"""A reduced marker layout for a motion."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats
+from handclean.commands.shared import hands, motions
+from handclean.commands.shared.choices import LayingOut
+from handclean.commands.shared.layout_hand import Wearer, wearer
+from handclean.errors import FileError, UnknownSettingError, UsageError
+from handclean.hand.marker_set import MarkerSet, load_marker_set, shipped
+from handclean.hand.model import Model
+from handclean.hand.surface import Surface, vertex_normals
+from handclean.hand.template import bone_frame
+from handclean.io.gltf.write import write_hand
+from handclean.io.marker_sets import write_marker_set
+from handclean.io.mesh.meshes import read_mesh
+from handclean.layouts.choose import choose
+from handclean.layouts.feasible import counts, feasible
+from handclean.layouts.optimize import Layout, optimize
+from handclean.layouts.problem import Problem, make_problem, on_bones, subspace_of
+from handclean.report.beads import with_beads
+from handclean.report.placement_sheet import write_sheet
+from handclean.runner import needs, progress
+from handclean.runner.batch import Source
+from handclean.runner.outcome import Entry, Outcome
+from handclean.tree import MIRROR, JointTree
+
+FIGURES = {
+    "method": "how it was found",
+    "takes": "motions it is for",
+    "frames": "their frames in which all angles are known and trusted",
+    "keyframes": "postures of them that count",
+    "unknowns": "of the posture: directions or angles, the hand's rotation, and its "
+    "place without an anchor",
+    "candidates": "places to choose from on each bone",
+    "markers": "markers of the layout",
+    "labels": "their names",
+    "bones": "the bones they sit on",
+    "vertices": "vertices of the skin they sit on; of a set, its markers' names",
+    "energy": "what was minimised",
+    "condition": "mean condition number over the keyframes",
+    "distance": "minus the smallest distance, squared, in hand lengths",
+    "hidden": "share of keyframes and directions in which a marker is not seen",
+    "weights": "of these three in the energy",
+    "kappa": "condition number in each keyframe",
+    "smallest_mm": "smallest distance of two markers in any keyframe",
+    "weighed": "layouts that were weighed",
+    "history": "layouts weighed and least energy so far, after each step",
+    "stopped": "why the search ended",
+    "tried_mm": "with --by-error: by directions tried, mean error of the skin",
+}
+
+_SEGMENTS = {
+    "hand": "HAND",
+    "distal": "TIP",
+    "middle": "MID",
+    "proximal": "PROX",
+    "metacarpal": "BASE",
+}
+
+_RED = (128, 80)
+"""Painted is what has more red and less green and blue than this."""
+
+
+def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome:
+    """Find the markers that tell a motion best."""
+    odd: list[str] = []
+    progress.tell("reading motion")
+    taken = [motion for source in sources for motion in motions.read(source, odd)]
+    worn = wearer(sources[0], [motion.side for motion in taken])
+    tree, surface = worn.tree, worn.surface
+    names = motions.common(taken, tree)
+    takes = [motions.angles(motion, names) for motion in taken]
+    learns = "prior" not in sources[0].files and not settings.layout.full
+    what = f"a subspace of {len(names)} angles" if learns else "a layout"
+    motions.expect_enough(takes, len(names) + 1 if learns else 1, what)
+    takes = [take for take in takes if motions.known([take])]
+    given = None
+    if settings.from_set:
+        given = _glued(settings, tree)
+        model = given.on(tree)
+    else:
+        mask = _unpainted(sources[0], surface)
+        model = on_bones(surface, tree, feasible(surface, tree, settings.layout, mask))
+    try:
+        problem, found, errors = _found(sources[0], settings, worn, model, takes, names)
+    finally:
+        progress.done()
+    source = (
+        f"handclean optimize-layout, {settings.layout.method} on {len(takes)} motions, "
+        f"{sources[0].path.name} the first of them"
+    )
+    markers = _marker_set(found, problem, worn, given, settings, source)
+    first = f"{sources[0].path}: "  # of which a warning speaks anyway
+    return Outcome(
+        line=_in_words(found),
+        details=_in_rows(found, markers.labels),
+        figures={
+            "takes": len(takes),
+            "frames": motions.known(takes),
+            **_figures(found, problem, markers.labels),
+            **({"tried_mm": errors} if errors else {}),
+        },
+        warnings=(
+            *(text.removeprefix(first) for text in odd),
+            *motions.left_out(taken),
+            *_doubts(found, settings),
+        ),
+        writers=_writers(markers, found, worn, settings),
+    )
+
+
+def _doubts(found: Layout, settings: LayingOut) -> tuple[str, ...]:
+    """Say what nobody could use of a layout."""
+    told, count, least = [], len(found.chosen), needs.LEAST["label"]
+    if count < least:
+        told.append(
+            f"{count} markers can be solved but not labelled: 'label' and 'clean' need "
+            f"{least} at least"
+        )
+    apart = 1e3 * found.smallest_m
+    if apart < settings.marker_mm:
+        told.append(
+            f"two markers come to {apart:.1f} mm of each other, centre to centre, and "
+            f"are {settings.marker_mm:g} mm wide: they touch; take fewer than {count}"
+        )
+    return tuple(told)
+
+
+def _found(
+    source: Source,
+    settings: LayingOut,
+    worn: Wearer,
+    model: Model,
+    takes: Sequence[Floats],
+    names: tuple[str, ...],
+) -> tuple[Problem, Layout, dict[str, float]]:
+    """The layout, and mean errors [mm] by directions where several were tried."""
+    prior = None
+    if "prior" in source.files:
+        prior = hands.prior(source)
+    elif not settings.layout.full:  # first, as it names joints that never move
+        prior = subspace_of(takes, names, settings.layout)
+    if settings.by_error:
+
+        def told(directions: int, error: float) -> None:
+            progress.tell(f"{directions} directions: {1e3 * error:.2f} mm")
+
+        given = prior if "prior" in source.files else None
+        problem, found, errors = choose(
+            model,
+            worn.surface,
+            takes,
+            names,
+            settings.layout,
+            source.seed,
+            prior=given,
+            told=told,
+        )
+        return problem, found, {str(n): 1e3 * e for n, e in errors.items()}
+
+    def watch(weighed: int, energy: float) -> None:
+        progress.tell(f"{weighed} layouts, energy {energy:.4g}")
+
+    problem = make_problem(
+        model, takes, names, settings.layout, prior=prior, surface=worn.surface
+    )
+    rng = np.random.default_rng(source.seed)
+    return problem, optimize(problem, settings.layout, rng, watch=watch), {}
+
+
+def _glued(settings: LayingOut, tree: JointTree) -> MarkerSet:
+    """The set whose markers are to choose from, without those on the forearm."""
+    name = settings.from_set
+    if not name.endswith(".toml") and name not in shipped():
+        raise UnknownSettingError("--from-set", "marker set", name, shipped())
+    found = load_marker_set(name)
+    if found.kind != "hand":
+        raise UsageError(f"--from-set {name}: is for a rigid object, not a hand")
+    kept = [
+        n
+        for n, bone in enumerate(found.bones)
+        if bone != "forearm" and bone not in settings.layout.without_bones
+    ]
+    return MarkerSet(
+        name=found.name,
+        source=found.source,
+        kind=found.kind,
+        side=tree.side,
+        labels=tuple(found.labels[n] for n in kept),
+        bones=tuple(found.bones[n] for n in kept),
+        at=found.at[kept],
+    )
+
+
+def _unpainted(source: Source, surface: Surface) -> Bools | None:
+    """(V,) vertices that nobody painted red."""
+    path = source.files.get("painted")
+    if path is None:
+        return None
+    mesh = read_mesh(path, unit=source.unit)
+    if mesh.colors is None:
+        raise FileError(path, "has no colors", "paint its vertices")
+    if len(mesh.vertices) != len(surface.vertices):
+        raise FileError(
+            path,
+            f"has {len(mesh.vertices)} vertices",
+            f"the hand's skin has {len(surface.vertices)}; 'handclean convert' writes "
+            "that of a subject",
+        )
+    red, other = mesh.colors[:, 0], mesh.colors[:, 1:].max(axis=1)
+    return np.asarray((red <= _RED[0]) | (other >= _RED[1]))
+
+
+def labels_of(bones: Sequence[str], side: str) -> tuple[str, ...]:
+    """Names of markers on these bones: R_INDEX_TIP, R_HAND_1, R_HAND_2."""
+    plain = []
+    for bone in bones:
+        finger, _, segment = bone.partition("_")
+        words = ["L" if side == "left" else "R"]
+        words += [finger.upper()] if segment else []
+        plain.append("_".join([*words, _SEGMENTS[segment or finger]]))
+    return tuple(
+        f"{name}_{plain[: n + 1].count(name)}" if plain.count(name) > 1 else name
+        for n, name in enumerate(plain)
+    )
+
+
+def _marker_set(
+    found: Layout,
+    problem: Problem,
+    worn: Wearer,
+    given: MarkerSet | None,
+    settings: LayingOut,
+    source: str,
+) -> MarkerSet:
+    """The layout as a marker set; ``name`` is left to the file if nobody gave one."""
+    tree, model = worn.tree, problem.model
+    if given is not None:
+        labels = found.labels
+        at = given.at[found.chosen]
+    else:
+        labels = labels_of(found.bones, tree.side)
+        vertices = np.array([int(label) for label in found.labels])
+        normals = vertex_normals(worn.surface.vertices, worn.surface.faces)
+        lifted = 0.5e-3 * settings.marker_mm * normals[vertices]
+        at = _at_rest(tree, found.bones, model.at[found.chosen] + lifted)
+    return MarkerSet(
+        name=settings.name,
+        source=source,
+        kind="hand",
+        side=tree.side,
+        labels=labels,
+        bones=found.bones,
+        at=at,
+    )
+
+
+def _at_rest(tree: JointTree, bones: Sequence[str], at: Floats) -> Floats:
+    """(M, 3) side-free places on the template: what `bone_places` makes places of."""
+    free = at / tree.scale * (MIRROR if tree.side == "right" else 1.0)
+    out: Floats = np.array(
+        [place @ bone_frame(bone) for bone, place in zip(bones, free, strict=True)]
+    )
+    return out
+
+
+def _writers(
+    markers: MarkerSet, found: Layout, worn: Wearer, settings: LayingOut
+) -> tuple[Any, ...]:
+    tree, surface = worn.tree, worn.surface
+    radius = max(0.5e-3 * settings.marker_mm, 0.5e-3)
+    model: Model = markers.on(tree)
+    remarks = (
+        ()
+        if settings.from_set
+        else tuple(f"on vertex {label}" for label in found.labels)
+    )
+
+    def write_set(path: Path, _: tuple[Entry, ...]) -> None:
+        write_marker_set(path, markers, remarks=remarks)
+
+    def write_beside(path: Path, _: tuple[Entry, ...]) -> None:
+        if path.suffix.lower() == ".glb":
+            write_hand(path, tree, with_beads(surface, model, radius))
+        else:
+            title = markers.name or "Reduced marker layout"
+            write_sheet(path, model, surface, radius, title=title, source=worn.name)
+
+    return (write_set, *[write_beside for _ in settings.beside])
+
+
+def _figures(
+    found: Layout, problem: Problem, labels: tuple[str, ...]
+) -> dict[str, Any]:
+    tree = problem.model.tree
+    return {
+        "method": found.method,
+        "keyframes": len(problem.places),
+        "unknowns": len(problem.columns),
+        "candidates": counts(tree, problem.model.bone),
+        "markers": len(found.chosen),
+        "labels": list(labels),
+        "bones": list(found.bones),
+        "vertices": [int(x) if x.isdecimal() else x for x in found.labels],
+        "energy": _known(found.energy),
+        "condition": _known(found.condition),
+        "distance": _known(found.distance),
+        "hidden": found.hidden,
+        "weights": found.weights.tolist(),
+        "kappa": [_known(x) for x in found.kappa.tolist()],
+        "smallest_mm": _known(1e3 * found.smallest_m),
+        "weighed": found.weighed,
+        "history": [[int(n), _known(e)] for n, e in found.history.tolist()],
+        "stopped": found.stopped,
+    }
+
+
+def _known(value: float) -> float | None:
+    """A number, or nothing where it is infinite."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _in_words(found: Layout) -> str:
+    condition = f"{found.condition:.1f}" if np.isfinite(found.condition) else "infinite"
+    words = f"{len(found.chosen)} markers, condition number {condition}"
+    if np.isfinite(found.smallest_m):
+        words += f", {1e3 * found.smallest_m:.0f} mm apart at least"
+    return f"{words}: {', '.join(found.bones)}"
+
+
+def _in_rows(found: Layout, labels: Sequence[str]) -> str:
+    wide = max(map(len, labels))
+    return "\n".join(
+        f"{n:3}  {label:<{wide}}  {bone}"
+        for n, (label, bone) in enumerate(zip(labels, found.bones, strict=True), 1)
+    )

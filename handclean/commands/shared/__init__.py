@@ -1,0 +1,1 @@
+"""What several commands share: whose hands, which names, which motions, which skins."""

@@ -1,0 +1,262 @@
+"""Samples and calibrations of gloves as files (HDF5), and who reads what."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handclean.arrays import Floats
+from handclean.errors import FileError, HandcleanError
+from handclean.glove import readings as checks
+from handclean.glove.calibrate import Calibration, RotationFit, Wearing
+from handclean.glove.gloves import Glove, glove_from_text, load_glove, to_toml
+from handclean.glove.models import from_arrays
+from handclean.glove.samples import Samples
+from handclean.hand.subject import Subject
+from handclean.hand.template import template
+from handclean.io.glove.inspect import is_readings
+from handclean.io.glove.readings import ReadingsFile, facts_of, open_readings
+from handclean.io.hdf5.file import read_h5, write_h5
+from handclean.io.hdf5.parts import Array, Fact, Part, expect_finite
+from handclean.io.hdf5.provenance import provenance_item
+from handclean.io.hdf5.subject import read_subject
+from handclean.runner.batch import Source
+from handclean.tree import JointTree
+
+SAMPLES = "handclean glove samples"
+CALIBRATION = "handclean glove calibration"
+
+_ARITHMETIC = (TypeError, ArithmeticError)
+"""What comes of arrays of another shape, and of infinite counts."""
+
+_WEARING = ("middle", "shift", "gain")
+
+
+def write_samples(
+    path: Path, samples: Samples, glove: Glove, provenance: Sequence[Mapping[str, Any]]
+) -> None:
+    """Write samples, with the glove they are of."""
+    items: dict[str, Any] = {
+        "definition": to_toml(glove),
+        "sensors": list(samples.sensors),
+        "rotations": list(samples.rotations),
+        "readings": Array(samples.readings),
+        "targets": Array(samples.targets, "rad"),
+        "kind": Array(samples.kind),
+        "group": Array(samples.group),
+        "groups": list(samples.groups),
+        **provenance_item(provenance),
+    }
+    attrs = {"glove": samples.glove, "subject": samples.subject}
+    write_h5(path, SAMPLES, Part(attrs, items))
+
+
+def read_samples(path: Path) -> tuple[Samples, Glove]:
+    """Read samples and the glove they are of.
+
+    Raises
+    ------
+    FileError
+        If the file is not one.
+    """
+    part = _part(path, SAMPLES, "'calibrate-glove sample' makes samples of readings")
+    expect_finite(part, unknown=("readings", "targets"))
+    glove = glove_from_text(path, _definition(part))
+    sensors, rotations = part.names("sensors"), part.names("rotations")
+    readings = part.array("readings", "", np.float64, None, len(sensors))
+    count = len(readings)
+    groups = part.names("groups")
+    group = part.array("group", "", np.int64, count)
+    if count and not 0 <= group.min() <= group.max() < len(groups):
+        raise part.fail(f"group should be 0 to {len(groups) - 1}")
+    if (sensors, rotations) != (glove.sensors, glove.hand.rotations):
+        raise part.fail("its sensors or rotations are not those of its glove")
+    samples = Samples(
+        glove=part.text("glove"),
+        subject=part.text("subject", ""),
+        sensors=sensors,
+        rotations=rotations,
+        readings=readings,
+        targets=part.array("targets", "rad", np.float64, count, len(rotations)),
+        kind=part.array("kind", "", np.uint8, count),
+        group=group,
+        groups=groups,
+    )
+    return samples, glove
+
+
+def _part(path: Path, kind: str, right: str) -> Part:
+    """Read a file of ours; readings and files of other suffixes are told from it."""
+    other = path.suffix.lower() != ".h5" and path.is_file()
+    if other or is_readings(path):
+        what = kind.removeprefix("handclean glove ")
+        raise FileError(path, f"holds no {what} of a glove", right)
+    return read_h5(path, kind)
+
+
+def _definition(part: Part) -> str:
+    found = part.items.get("definition")
+    if not isinstance(found, str):
+        raise part.fail("has no definition of its glove")
+    return found
+
+
+def write_calibration(
+    path: Path, calibration: Calibration, provenance: Sequence[Mapping[str, Any]]
+) -> None:
+    """Write a calibration."""
+    fits = {}
+    for one in calibration.fits:
+        arrays = one.fitted.to_arrays()
+        fits[one.rotation] = Part(
+            {
+                "kind": one.fitted.kind,
+                "fk": one.fk,
+                "ik": one.ik,
+                "scale": one.scale,
+                "floor": one.floor,
+            },
+            {
+                "sensors": list(one.sensors),
+                "model": Part(items={k: Array(v) for k, v in arrays.items()}),
+            },
+        )
+    wearing = {}
+    if calibration.wearing is not None:
+        worn = calibration.wearing
+        parts = {name: Array(getattr(worn, name)) for name in _WEARING}
+        wearing = {"wearing": Part({"doubt": worn.doubt}, parts)}
+    items: dict[str, Any] = {
+        "definition": to_toml(calibration.glove),
+        "low": Array(calibration.low),
+        "high": Array(calibration.high),
+        "rotations": Part(items=fits),
+        **wearing,
+        **provenance_item(provenance),
+    }
+    attrs: dict[str, Fact] = {
+        "glove": calibration.glove.name,
+        "kind": calibration.kind,
+        "use": calibration.use,
+        "subject": calibration.subject,
+        "repeat": calibration.repeat,
+    }
+    write_h5(path, CALIBRATION, Part(attrs, items))
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read a calibration.
+
+    Raises
+    ------
+    FileError
+        If the file is not one.
+    """
+    part = _part(path, CALIBRATION, "'calibrate-glove fit' makes one of samples")
+    expect_finite(part, unknown=("low", "high"))
+    glove = glove_from_text(path, _definition(part))
+    measured = {row.rotation: row for row in glove.measured}
+    fits = []
+    for rotation, one in part.part("rotations").parts():
+        sensors = one.names("sensors")
+        if rotation not in measured or not set(sensors) <= set(glove.sensors):
+            raise part.fail(f"its model of {rotation} is not one of its glove")
+        arrays = {
+            name: np.asarray(item.values, dtype=np.float64)
+            for name, item in one.part("model").items.items()
+            if isinstance(item, Array)
+        }
+        try:
+            fit = RotationFit(
+                rotation=rotation,
+                sensors=sensors,
+                fitted=from_arrays(one.text("kind"), arrays),
+                fk=int(one.number("fk", 0)),
+                ik=int(one.number("ik", 0)),
+                scale=one.number("scale", 1.0),
+                floor=one.number("floor", 0.0),
+            )
+        except (HandcleanError, LookupError, ValueError, *_ARITHMETIC) as error:
+            why = (str(error).splitlines() or [type(error).__name__])[0]
+            raise one.fail(f"its model does not fit together ({why})") from None
+        fits.append(fit)
+    if not fits:
+        raise part.fail("has no model of any rotation")
+    order = list(measured)
+    count = len(glove.sensors)
+    used = sorted({glove.sensors.index(name) for fit in fits for name in fit.sensors})
+    for name in ("low", "high"):
+        if not np.isfinite(part.array(name, "", np.float64, count)[used]).all():
+            raise part.fail(f"{name} is not known of every sensor that is used")
+    wearing = None
+    if "wearing" in part.items:
+        worn = part.part("wearing")
+        given = {name: worn.array(name, "", np.float64, count) for name in _WEARING}
+        wearing = Wearing(**given, doubt=worn.number("doubt"))
+    return Calibration(
+        glove=glove,
+        kind=part.text("kind"),
+        use=part.text("use", "all"),
+        subject=part.text("subject", ""),
+        fits=tuple(sorted(fits, key=lambda fit: order.index(fit.rotation))),
+        low=part.array("low", "", np.float64, count),
+        high=part.array("high", "", np.float64, count),
+        repeat=part.number("repeat", 0.0),
+        wearing=wearing,
+    )
+
+
+def opened(source: Source, glove: Glove) -> tuple[ReadingsFile, Any]:
+    """Open a source's readings; return with it the columns of the glove's sensors.
+
+    Raises
+    ------
+    FileError
+        If it is not readings, is of another glove, or lacks a sensor.
+    """
+    found = open_readings(
+        source.path, rate_hz=source.rate_hz, sensors=len(glove.sensors)
+    )
+    said = found.facts.get("glove")
+    if isinstance(said, str) and said and said != glove.name:
+        raise FileError(
+            source.path, f"was recorded with glove {said}", f"this is of {glove.name}"
+        )
+    return found, checks.columns(source.path, glove, found.sensors, found.columns)
+
+
+def whole(source: Source, glove: Glove) -> tuple[ReadingsFile, Floats, Floats]:
+    """Read a source whole: the file, (T,) [s] times, (T, S) in the glove's order."""
+    found, places = opened(source, glove)
+    times, values = found.all()
+    return found, times, checks.arranged(values, places)
+
+
+def glove_of(source: Source, name: str) -> Glove:
+    """The glove that is named, or a file, or what the readings say they are of.
+
+    Raises
+    ------
+    FileError, UnknownNameError
+        If there is none, or nothing says which.
+    """
+    given = source.files.get("glove")
+    if given is not None:
+        return load_glove(given)
+    if name:
+        return load_glove(name)
+    said = facts_of(source.path).get("glove")
+    if not isinstance(said, str) or not said:
+        raise FileError(source.path, "does not say its glove", "give --glove")
+    return load_glove(said)
+
+
+def tree_of(source: Source, glove: Glove) -> tuple[JointTree, Subject | None]:
+    """The hand in the glove: the subject's, else the template with a forearm."""
+    if source.subjects:
+        subject = read_subject(source.subjects[0])
+        return glove.hand.tree(subject.model.tree), subject
+    side = source.side if source.side in ("left", "right") else "right"
+    wrist = "wrist_flexion" in glove.hand.rotations
+    return glove.hand.tree(template(side, forearm=wrist)), None

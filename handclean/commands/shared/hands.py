@@ -1,0 +1,243 @@
+"""Whose hands a take shows: subjects and posture prior as a source names them."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from handclean.errors import HandcleanError, UsageError, Where
+from handclean.hand.marker_set import MarkerSet, load_marker_set
+from handclean.hand.skeleton import rigid_subject
+from handclean.hand.subject import Subject, template_subject
+from handclean.ik.prior import PosturePrior
+from handclean.io.hdf5 import seal
+from handclean.io.hdf5.prior import read_prior
+from handclean.io.hdf5.subject import read_subject
+from handclean.runner import needs, provenance
+from handclean.runner.batch import Batch, Source
+
+
+def check(batch: Batch, *, marked: bool = False, least: int = 1) -> None:
+    """Look at what the command line says of hands before anything is done with it.
+
+    Parameters
+    ----------
+    marked : whether subjects should have markers.
+    least : markers that a subject or the marker set should have, if any.
+
+    Raises
+    ------
+    UsageError
+        If a subject, the marker set or the prior is not there or not one, if two
+        subjects are of the same side, or if one has too few markers.
+    """
+    with seal.tolerated(batch.lenient):
+        _check(batch, marked=marked, least=least)
+
+
+def _check(batch: Batch, *, marked: bool, least: int) -> None:
+    found = []
+    for path in batch.subjects:
+        with _usage("--subject"):
+            provenance.digest(path)
+            found.append((path, read_subject(path)))
+    _of_side(found, batch.side)
+    if marked:
+        _expect_markers(found, least)
+    if batch.marker_set:
+        with _usage("--marker-set"):
+            markers = load_marker_set(batch.marker_set)
+        labels = markers.labels
+        if marked:
+            _expect_enough(f"--marker-set {batch.marker_set}", len(labels), least)
+            _expect_worn(batch.marker_set, found)
+        if marked and not found and batch.side != "both":
+            _on_nobody(markers, batch.side)
+    if given := batch.files.get("prior"):
+        with _usage("--prior"):
+            provenance.digest(given)
+            read_prior(given)
+
+
+@contextmanager
+def _usage(option: str) -> Iterator[None]:
+    """Let what is wrong with a file or a name be wrong with the option it stands in."""
+    try:
+        yield
+    except HandcleanError as error:
+        raise UsageError.of(error, option) from None
+
+
+def subjects(
+    source: Source, *, marked: bool = False, least: int = 1
+) -> Mapping[str, Subject]:
+    """Subjects by the name of their skeleton and motion, see `named`."""
+    found = named(source, marked=marked, least=least)
+    return {name: subject for name, (subject, _) in found.items()}
+
+
+def named(
+    source: Source, *, marked: bool = False, least: int = 1
+) -> Mapping[str, tuple[Subject, Path | None]]:
+    """Subjects and their files by the name of skeleton and motion: "right", "right_2".
+
+    Without a subject file the template hand wears the marker set.
+
+    Parameters
+    ----------
+    marked : whether they should have markers.
+    least : how many, if so.
+
+    Raises
+    ------
+    UsageError
+        If neither is given, none of the subjects is of the side asked for, two are
+        of the same side, or one has too few markers.
+    HandcleanError
+        If a file is not what it should be.
+    """
+    found: list[tuple[Path | None, Subject]] = []
+    if not source.subjects:
+        template = _template(source)
+        if marked:
+            count = len(template.model.labels)
+            _expect_enough(f"--marker-set {source.marker_set}", count, least)
+        found.append((None, template))
+    else:
+        read = [(path, read_subject(path)) for path in source.subjects]
+        found += _of_side(read, source.side)
+        if marked:
+            _expect_markers(read, least)
+    by_name: dict[str, tuple[Subject, Path | None]] = {}
+    for file, subject in found:
+        name = subject.model.tree.side or subject.model.tree.kind
+        count = sum(taken.split("_")[0] == name for taken in by_name)
+        by_name[f"{name}_{count + 1}" if count else name] = (subject, file)
+    return by_name
+
+
+def _of_side(
+    found: Sequence[tuple[Path, Subject]], side: str
+) -> list[tuple[Path, Subject]]:
+    """Choose the subjects of a side; there may be one for each hand."""
+    found = list(found)
+    if side not in ("", "both"):
+        chosen = [(path, s) for path, s in found if s.model.tree.side == side]
+        if found and not chosen:
+            raise UsageError(f"--side {side}: no subject is of that side")
+        found = chosen
+    sides = {subject.model.tree.side for _, subject in found}
+    if side == "both" and found and not sides >= {"left", "right"}:
+        given = " and ".join(sorted(sides - {""})) or "no"
+        raise UsageError(
+            f"--side both: of the subjects there is a {given} hand only; give a "
+            "--subject for each hand"
+        )
+    paths = defaultdict(list)
+    for path, subject in found:
+        paths[subject.model.tree.side].append(str(path))
+    for hand in ("left", "right"):
+        if len(paths[hand]) > 1:
+            raise UsageError(
+                f"--subject: {' and '.join(paths[hand])} are {hand} hands; "
+                "give one for each hand of the take"
+            )
+    return found
+
+
+def _expect_markers(found: Sequence[tuple[Path, Subject]], least: int) -> None:
+    """Expect markers on every subject; those of a scan have none yet."""
+    for path, subject in found:
+        if not subject.model.labels:
+            right = f"calibrate-hand markers --subject {path} finds them"
+            raise UsageError(f"has no markers; {right}", where=path)
+        _expect_enough(path, len(subject.model.labels), least)
+
+
+def _expect_enough(where: Where, count: int, least: int) -> None:
+    if count < least:
+        raise UsageError(
+            f"has {count} marker{'s' * (count != 1)}; labelling needs {least} "
+            "at least ('solve' takes fewer, of takes that are labelled)",
+            where=where,
+        )
+
+
+def _expect_worn(name: str, found: Sequence[tuple[Path, Subject]]) -> None:
+    """Expect subjects to wear a marker set; their own places hold in any case.
+
+    Raises
+    ------
+    UsageError
+        If one wears another.
+    """
+    wanted = load_marker_set(name).name
+    for path, subject in found:
+        if subject.marker_set != wanted:
+            worn = subject.marker_set or "markers of its own"
+            raise UsageError(
+                f"--marker-set {name}: {path} wears {worn}; a subject knows its "
+                "markers: leave --marker-set out, or --subject"
+            )
+
+
+def only_subject(source: Source) -> tuple[str, Subject]:
+    """Return the only subject, with markers to label, and its name as in `subjects`.
+
+    Raises
+    ------
+    UsageError
+        If there are several; and as `subjects`.
+    """
+    least = needs.LEAST["label"]
+    found = list(subjects(source, marked=True, least=least).items())
+    if len(found) > 1:
+        raise UsageError(
+            f"--subject: {len(found)} hands cannot be labelled at once yet; "
+            "give one, or choose by --side"
+        )
+    return found[0]
+
+
+def remarks(*found: Subject) -> tuple[str, ...]:
+    """Say of whom nobody knows the measures."""
+    return tuple(
+        "nobody calibrated this hand: the template hand stands in for it; "
+        "'handclean calibrate-hand markers' makes a subject"
+        for subject in found
+        if not subject.calibrated
+    )
+
+
+def prior(source: Source) -> PosturePrior:
+    """Posture prior of a source; the one that ships when it names none.
+
+    Raises
+    ------
+    FileError
+        If the file is not one.
+    """
+    given = source.files.get("prior")
+    return read_prior() if given is None else read_prior(given)
+
+
+def _template(source: Source) -> Subject:
+    if not source.marker_set:
+        raise needs.no_hand()
+    marker_set = load_marker_set(source.marker_set)
+    if source.side == "both":
+        raise UsageError("--side both: needs a --subject for each hand")
+    return _on_nobody(marker_set, source.side)
+
+
+def _on_nobody(marker_set: MarkerSet, side: str) -> Subject:
+    """Put a marker set on the template hand, or make a rigid one a thing of one bone.
+
+    Raises
+    ------
+    UsageError
+        If a thing is asked for on a side it does not have.
+    """
+    if marker_set.kind == "rigid":
+        return rigid_subject(marker_set, side)
+    return template_subject(marker_set, side)

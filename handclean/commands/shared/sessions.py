@@ -1,0 +1,128 @@
+"""Takes as steps read them and hand them back."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from handclean.hand.subject import Subject
+from handclean.hand.surface import Surface
+from handclean.io import files
+from handclean.recording import Recording
+from handclean.runner import noted
+from handclean.runner import provenance as record
+from handclean.runner.batch import Source
+from handclean.runner.outcome import Entry, Outcome, Writer
+
+
+def read(source: Source) -> Recording:
+    """Read a take, and what made it where that stands in a file beside it.
+
+    What is odd about it is told should the task fail, see `remember`.
+
+    Raises
+    ------
+    HandcleanError
+        If it cannot be read as what it claims to be.
+    """
+    recording = files.read(
+        source.path,
+        rate_hz=source.rate_hz,
+        unit=source.unit,
+        lenient=source.lenient,
+        believe_coordinates=source.believe_coordinates,
+    )
+    remember(source, recording)
+    if recording.provenance:
+        return recording
+    return replace(recording, provenance=record.of(source.path))
+
+
+def remember(source: Source, recording: Recording) -> Recording:
+    """Return a take; what is odd about it is told should the task fail."""
+    noted.note(source.path, traps(source, recording))
+    return recording
+
+
+def traps(source: Source, recording: Recording) -> tuple[str, ...]:
+    """Say what was odd about a file that was read; a session was warned of before."""
+    whole = (0, recording.frames)
+    told = [e.text for e in recording.events if (e.start, e.stop) == whole]
+    if source.path.suffix.lower() == ".h5":
+        told = overruled(source, recording)[-1:]
+    return tuple(told)
+
+
+def overruled(source: Source, recording: Recording) -> list[str]:
+    """Say that ``--unit`` was taken where the file that was read says another."""
+    if source.unit is None:
+        return []
+    begins = f"--unit {source.unit} is taken"
+    return [e.text for e in recording.events if e.text.startswith(begins)]
+
+
+def traps_of_all(
+    sources: Sequence[Source], recordings: Sequence[Recording]
+) -> tuple[str, ...]:
+    """Say what was odd about several files, each by its name."""
+    read = zip(sources, recordings, strict=True)
+    return tuple(
+        f"{one.path}: {trap}" for one, take in read for trap in traps(one, take)
+    )
+
+
+def outcome(
+    recording: Recording,
+    line: str,
+    figures: Mapping[str, Any],
+    warnings: tuple[str, ...] = (),
+    surfaces: Mapping[str, Surface] | None = None,
+    *,
+    unnamed: bool = False,
+) -> Outcome:
+    """Hand back a take to be written, its hands with skins where they have some.
+
+    Parameters
+    ----------
+    unnamed : write points without a name into a TRC, too.
+    """
+    return Outcome(
+        line=line,
+        figures=figures,
+        warnings=warnings,
+        writers=(writer(recording, surfaces=surfaces, unnamed=unnamed),),
+        history=tuple(recording.provenance),
+    )
+
+
+def surfaces(found: Mapping[str, Subject]) -> dict[str, Surface]:
+    """Return the skins of subjects that have their own."""
+    return {
+        name: subject.surface
+        for name, subject in found.items()
+        if subject.surface is not None
+    }
+
+
+def writer(
+    recording: Recording,
+    *,
+    silent: bool = False,
+    surfaces: Mapping[str, Surface] | None = None,
+    unnamed: bool = False,
+) -> Writer:
+    """Make what writes a take, in the format of the path it is given.
+
+    Parameters
+    ----------
+    surfaces : skins of its hands, for formats that show them.
+    silent : do not tell what the format cannot keep.
+    unnamed : write points without a name into a TRC, too.
+    """
+
+    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
+        take = replace(recording, provenance=provenance)
+        lost = files.write(path, take, surfaces=surfaces, unnamed=unnamed)
+        return () if silent else lost
+
+    return write

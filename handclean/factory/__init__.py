@@ -1,0 +1,1 @@
+"""What makes the shipped data, the samples and the pictures; users run none of it."""

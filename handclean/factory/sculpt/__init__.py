@@ -1,0 +1,1 @@
+"""The template hand's skin, modelled by code."""

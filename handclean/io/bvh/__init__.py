@@ -1,0 +1,1 @@
+"""BVH: a hierarchy of joints as text, in by any program, out of our joint trees."""

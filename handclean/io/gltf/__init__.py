@@ -1,0 +1,1 @@
+"""Binary glTF (.glb): hands with skin, in by any program, out with their motion."""

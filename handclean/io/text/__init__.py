@@ -1,0 +1,1 @@
+"""Takes as text: CSV, TSV, TRC, MOT."""

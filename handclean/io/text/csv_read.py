@@ -1,0 +1,263 @@
+"""CSV in and out: one row per frame, for spreadsheets and short programs.
+
+A CSV file that handclean writes begins with one comment line, ``# handclean csv`` and
+a JSON object: ``rate_hz``, ``unit`` (of lengths), ``first_frame``, ``start_time_s``,
+``up_axis`` and ``motions``, the hinge names of each motion. Then the column names:
+
+``frame, time_s``
+    The frame's number and its time [s], as the source counts both.
+``NAME_X, NAME_Y, NAME_Z, NAME_origin``
+    A marker's place, blank where missing, and where the sample comes from (0 missing,
+    1 measured, 2 filled, 3 rejected, 4 smoothed). Points that no model explains are
+    ``*0``, ``*1`` ...
+``root_tx, root_ty, root_tz`` and ``root_qw, root_qx, root_qy, root_qz``
+    Where the root of a motion is and its unit quaternion, root to laboratory.
+hinge names
+    Joint angles [degrees].
+trusted
+    1 where the frame's posture is trusted, else 0; if the take says so.
+
+If there are several motions their columns begin with ``MOTION:``. Other people's CSV
+files have three columns per marker, ``NAME-X``, ``NAME_X``, ``NAME.X`` or ``NAME X``,
+perhaps with a unit, or names above the axes (`handclean.io.text.csv_header`); and
+perhaps a frame number and a time (`handclean.io.shared.clock`); what they do not say,
+options must. What stands for no place is missing (`handclean.io.shared.missing`),
+columns of velocities and the like are left out (`handclean.io.text.csv_columns`).
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from handclean.arrays import Bytes, Floats
+from handclean.errors import FileError
+from handclean.io.shared.clock import expect_possible, in_seconds, rate_of, start_of
+from handclean.io.shared.grid import Form, Lines, read_numbers
+from handclean.io.shared.missing import blank_out
+from handclean.io.shared.reading import (
+    METRES,
+    Reading,
+    ask_for,
+    finite,
+    in_metres,
+    load_text,
+    place_rows,
+    settle_rate,
+    settle_unit,
+    sort_out,
+)
+from handclean.io.text.csv_columns import (
+    PLACE,
+    TRUSTED,
+    TURN,
+    Layout,
+    head_of,
+    like_another,
+    others_layout,
+    own_layout,
+)
+from handclean.io.text.csv_header import INDEX, own_comment, read_head
+from handclean.io.text.vendors import refuse_vendors
+from handclean.recording import Motion, Origin, Points, Recording, Trajectories
+
+_SHOWN = 12
+
+
+def read_csv(
+    path: Path,
+    *,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    lenient: bool = False,
+) -> Reading:
+    """Read a CSV file of markers, or of markers and angles if handclean wrote it.
+
+    Parameters
+    ----------
+    rate_hz, unit : what the file does not say; must agree where it does.
+    lenient : leave out a last row that was cut off.
+
+    Raises
+    ------
+    FileError
+        If it is not such a file.
+    UsageError
+        If the rate or the unit is not known, or an option contradicts the file.
+    """
+    lines = Lines(path, load_text(path))
+    refuse_vendors(path, lines)
+    own = own_comment(path, lines)
+    head = read_head(path, lines)
+    layout = own_layout(path, head, own) if own else others_layout(path, head)
+    traps = [] if own else like_another(list(layout.markers))
+    stated = own.get("unit") or layout.unit
+    no_rate = rate_hz is None and "rate_hz" not in own and layout.time is None
+    ask_for(path, rate=no_rate, unit=no_rate and (unit or stated) is None)
+    form = Form(
+        columns=len(head.names),
+        delimiter=head.delimiter,
+        ends=() if own else _ends(layout, len(head.names)),
+        numbered=layout.frame is not None,
+    )
+    grid = read_numbers(lines, form, traps, lenient=lenient)
+    timing = _timing(path, grid, layout, head.names, own, rate_hz, traps)
+    no_rate = timing.rate is None and rate_hz is None
+    ask_for(path, rate=no_rate, unit=(unit or stated) is None)
+    rate, length = (
+        settle_rate(path, timing.rate, rate_hz),
+        settle_unit(path, stated, unit, traps),
+    )
+    if layout.extra:
+        traps.append(f"not a marker's place, left out: {_listed(layout.extra)}")
+    first, values = place_rows(path, timing.numbers, grid, traps)
+    markers, points = _placed(path, values, layout, length, None if own else traps)
+    recording = Recording(
+        rate=rate,
+        frames=len(values),
+        first_frame=first,
+        start_time=timing.start,
+        up_axis=own.get("up_axis", ""),
+        markers=markers,
+        unlabelled=points,
+        motions={
+            name: _motion(path, values, layout, name, length) for name in layout.motions
+        },
+    )
+    return Reading(recording=recording, unit=length, traps=tuple(traps))
+
+
+class _Timing(NamedTuple):
+    """(N,) frame numbers, the rate [Hz] if the file says it, the first row's [s]."""
+
+    numbers: Floats
+    rate: float | None
+    start: float
+
+
+def _timing(
+    path: Path,
+    grid: Floats,
+    layout: Layout,
+    names: list[str],
+    own: dict[str, Any],
+    option: float | None,
+    traps: list[str],
+) -> _Timing:
+    """Find out when rows were.
+
+    Raises
+    ------
+    FileError
+        If its times run at a rate that no camera has.
+    """
+    numbers = _numbers(grid, layout, names, own)
+    rate, start = own.get("rate_hz"), own.get("start_time_s")
+    if layout.time is None:
+        return _Timing(numbers, rate, start or 0.0)
+    times = in_seconds(path, numbers, grid[:, layout.time], layout.clock, option, traps)
+    if rate is None:
+        rate = rate_of(numbers, times, option, traps)
+        expect_possible(path, rate, option, names[layout.time])
+        begun = float(times[0]) if np.isfinite(times[0]) else 0.0
+    else:
+        begun = start_of(times, numbers, rate, f"{rate:g} Hz", traps)
+    return _Timing(numbers, rate, begun if start is None else start)
+
+
+def _placed(
+    path: Path, values: Floats, layout: Layout, unit: str, traps: list[str] | None
+) -> tuple[Trajectories | None, Points | None]:
+    """Cut the markers out of the table; without traps none stands for no place."""
+    if not layout.markers:
+        return None, None
+    positions = values[:, [c for cs in layout.markers.values() for c in cs]]
+    positions = positions.reshape(len(values), -1, 3)
+    if traps is not None:
+        blank_out(positions, METRES[unit.lower()], traps)
+    origin = _origins(path, values, layout)
+    return sort_out(in_metres(positions, unit), list(layout.markers), origin)
+
+
+def _ends(layout: Layout, columns: int) -> frozenset[int]:
+    """List how many cells a row may have where blanks at its end were cut off.
+
+    Every marker keeps all its columns or none.
+    """
+    inside = np.zeros(columns + 1, dtype=np.int64)
+    for mine in layout.markers.values():
+        inside[min(mine) + 1] += 1
+        inside[max(mine) + 1] -= 1
+    whole = np.cumsum(inside) == 0
+    lead = [c for c in (layout.frame, layout.time) if c is not None]
+    whole[: max(lead, default=0) + 1] = False
+    return frozenset(np.flatnonzero(whole[:columns]).tolist())
+
+
+def _numbers(
+    grid: Floats, layout: Layout, names: list[str], own: dict[str, Any]
+) -> Floats:
+    """(N,) frame numbers; a first column without a name counts where it can."""
+    if layout.frame is not None:
+        numbers: Floats = grid[:, layout.frame]
+        named = layout.frame > 0 or names[0] not in ("", INDEX)
+        whole = bool(np.all(numbers == np.round(numbers)))
+        if named or (whole and bool(np.all(np.diff(numbers) > 0))):
+            return numbers
+    return np.arange(len(grid), dtype=float) + float(own.get("first_frame", 1))
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - _SHOWN
+    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+
+
+def _origins(path: Path, values: Floats, layout: Layout) -> Bytes | None:
+    """(T, M) where each sample comes from, if the file says so."""
+    if not layout.origins:
+        return None
+    origin = np.zeros((len(values), len(layout.markers)), dtype=np.uint8)
+    for m, name in enumerate(layout.markers):
+        column = layout.origins.get(name)
+        seen = finite(values[:, layout.markers[name]])
+        origin[:, m] = seen
+        if column is None:
+            continue
+        known = np.isin(values[:, column], [int(origin) for origin in Origin])
+        if not np.all(known | np.isnan(values[:, column])):
+            raise FileError(path, f"column '{name}_origin' should hold 0 to 4")
+        origin[:, m] = np.where(known, values[:, column], 0)
+        origin[~seen & (origin[:, m] != Origin.REJECTED), m] = Origin.MISSING
+        origin[seen & (origin[:, m] == Origin.MISSING), m] = Origin.MEASURED
+    return origin
+
+
+def _motion(path: Path, values: Floats, layout: Layout, name: str, unit: str) -> Motion:
+    """Cut one motion out of the table."""
+    head = head_of(name, layout.motions)
+
+    def block(names: Iterable[str]) -> Floats | None:
+        columns = [layout.at.get(head + column) for column in names]
+        found = [column for column in columns if column is not None]
+        return values[:, found] if len(found) == len(columns) else None
+
+    hinges = layout.motions[name]
+    degrees, place, turn = block(hinges), block(PLACE), block(TURN)
+    assert degrees is not None
+    if turn is not None:
+        with np.errstate(over="ignore"):
+            length = np.linalg.norm(turn, axis=1, keepdims=True)
+        if np.any(np.abs(length - 1) > 1e-3):
+            raise FileError(path, f"motion '{name}': a quaternion's length is not 1")
+        turn = turn / length
+    trusted = block((TRUSTED,))
+    if trusted is not None and not np.isin(trusted, (0.0, 1.0)).all():
+        raise FileError(path, f"column '{head}{TRUSTED}' should hold 0 or 1")
+    return Motion(
+        names=tuple(hinges),
+        angles=np.radians(degrees),
+        translation=None if place is None else in_metres(place, unit),
+        rotation=turn,
+        trusted=None if trusted is None else trusted[:, 0] > 0.5,
+    )

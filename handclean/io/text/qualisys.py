@@ -1,0 +1,193 @@
+"""Qualisys TSV: key lines, marker names, then one tab-separated row per frame.
+
+Lengths are in millimetres by definition of the format. A missing sample is blank or,
+from older versions, (0, 0, 0). A trajectory is Measured, Gap-filled, Virtual or Mixed;
+what is filled does not count as measured, but a Mixed one does not say which of its
+samples are filled: they all count as measured, and a trap says so. Without the key
+lines it is a table like a CSV, and options say what it does not.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from handclean.arrays import Bytes, Floats
+from handclean.errors import FileError
+from handclean.io.shared.clock import start_of
+from handclean.io.shared.grid import Form, Lines, read_numbers
+from handclean.io.shared.missing import blank_out
+from handclean.io.shared.reading import (
+    METRES,
+    Reading,
+    check_labels,
+    finite,
+    in_metres,
+    load_text,
+    place_rows,
+    positive,
+    settle_rate,
+    settle_unit,
+    sort_out,
+    text,
+)
+from handclean.io.text.csv_header import refuse_decimal_commas
+from handclean.io.text.csv_read import read_csv
+from handclean.recording import Event, Numbering, Origin, Recording
+
+_HEAD = 4096
+_MADE = {"gap-filled", "virtual"}
+
+
+def read_tsv(
+    path: Path,
+    *,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    lenient: bool = False,
+) -> Reading:
+    """Read a Qualisys TSV file of 3D trajectories.
+
+    Parameters
+    ----------
+    rate_hz, unit : options that must agree with the file.
+    lenient : leave out a last row that was cut off.
+
+    Raises
+    ------
+    FileError
+        If it is not such a file.
+    UsageError
+        If an option contradicts it.
+    """
+    lines = Lines(path, load_text(path))
+    if _has_no_keys(lines):
+        return read_csv(path, rate_hz=rate_hz, unit=unit, lenient=lenient)
+    traps: list[str] = []
+    keys, events = _header(path, lines)
+    rate = settle_rate(
+        path, positive(path, "FREQUENCY", _one(keys, "FREQUENCY")), rate_hz
+    )
+    length = settle_unit(path, "mm", unit, traps)
+    labels = keys["MARKER_NAMES"]
+    while labels and not labels[-1]:
+        labels.pop()
+    check_labels(path, labels)
+    lead = _lead_columns(lines, len(labels))
+    refuse_decimal_commas(lines, b"\t")
+    columns = lead + 3 * len(labels)
+    form = Form(
+        columns=columns,
+        delimiter=b"\t",
+        ends=range(lead, columns, 3),
+        numbered=lead > 0,
+    )
+    grid = read_numbers(lines, form, traps, lenient=lenient)
+    for key, count in (("NO_OF_FRAMES", len(grid)), ("NO_OF_MARKERS", len(labels))):
+        if _one(keys, key) not in ("", str(count)):
+            traps.append(f"{key} says {_one(keys, key)}, there are {count}")
+    numbers = grid[:, 0] if lead else np.arange(1.0, len(grid) + 1)
+    said = f"FREQUENCY, {rate:g} Hz"
+    start = 0.0
+    if lead > 1:
+        start = start_of(grid[:, 1], numbers, rate, said, traps)
+    first, values = place_rows(path, numbers, grid[:, lead:], traps)
+    positions = values.reshape(len(values), -1, 3)
+    blank_out(positions, METRES[length.lower()], traps)
+    positions = in_metres(positions, length)
+    origin = _origin(positions, labels, keys.get("TRAJECTORY_TYPES", []), traps)
+    markers, points = sort_out(positions, labels, origin)
+    recording = Recording(
+        rate=rate,
+        frames=len(values),
+        first_frame=first,
+        start_time=start,
+        markers=markers,
+        unlabelled=points,
+        events=_events(events, Numbering(first), len(values)),
+    )
+    return Reading(recording=recording, unit=length, traps=tuple(traps))
+
+
+def _has_no_keys(lines: Lines) -> bool:
+    """Whether a file begins with the names of columns, as QTM exports without a head.
+
+    Raises
+    ------
+    FileError
+        If its cells are parted by something else than tabs.
+    """
+    line = lines.peek() or b""
+    key = text(re.split(rb"[\t,; ]", line.strip(), maxsplit=1)[0])
+    if not (key.isupper() and "_" in key):
+        return bool(re.search(rb"[-_ .:][XYZxyz]\s*(?:\t|$)", line[:_HEAD]))
+    if b"\t" not in line and line.strip() != key.encode():
+        parted = "its cells are not parted by tabs"
+        raise FileError(lines.path, parted, "a Qualisys TSV file has tabs")
+    return False
+
+
+def _header(
+    path: Path, lines: Lines
+) -> tuple[dict[str, list[str]], list[tuple[str, int]]]:
+    """Read the key lines, up to the first one that is none; and the events."""
+    keys: dict[str, list[str]] = {}
+    events: list[tuple[str, int]] = []
+    while (line := lines.peek()) is not None:
+        key = text(line.split(b"\t", 1)[0]).strip()
+        if line.strip() and not (key.isupper() and key.replace("_", "").isalnum()):
+            break
+        cells = [text(cell) for cell in lines.cells(b"\t")]
+        if key == "EVENT" and len(cells) > 2 and re.fullmatch(r"[0-9]{1,9}", cells[2]):
+            events.append((cells[1], int(cells[2])))
+        elif key:
+            keys[key] = cells[1:]
+    for key in ("FREQUENCY", "MARKER_NAMES"):
+        if key not in keys:
+            right = "a Qualisys TSV file of trajectories has one"
+            raise FileError(path, f"its header has no {key}", right)
+    return keys, events
+
+
+def _events(
+    found: list[tuple[str, int]], numbering: Numbering, frames: int
+) -> tuple[Event, ...]:
+    """Events within the take, of one frame each."""
+    spans = [(numbering.rows(number, number), name) for name, number in found]
+    return tuple(
+        Event(start=start, stop=stop, text=name)
+        for (start, stop), name in spans
+        if 0 <= start < frames
+    )
+
+
+def _one(keys: dict[str, list[str]], key: str) -> str:
+    return next(iter(keys.get(key, [])), "")
+
+
+def _lead_columns(lines: Lines, markers: int) -> int:
+    """Count the columns before the first marker; a line of column names is read."""
+    line = lines.peek()
+    if line is None:
+        raise FileError(lines.path, "has no frames")
+    cells = [cell.strip() for cell in line.split(b"\t", 3)]
+    for lead, cell in enumerate(cells[:3]):
+        if cell.upper().endswith(b" X"):
+            lines.next()
+            return lead
+    return 2 if line.count(b"\t") > 3 * markers else 0
+
+
+def _origin(
+    positions: Floats, labels: list[str], types: list[str], traps: list[str]
+) -> Bytes:
+    """(T, M) where samples come from, as far as the trajectory types say."""
+    seen = finite(positions)
+    origin = np.where(seen, np.uint8(Origin.MEASURED), np.uint8(Origin.MISSING))
+    for column, (label, kind) in enumerate(zip(labels, types, strict=False)):
+        if kind.lower() in _MADE:
+            origin[seen[:, column], column] = Origin.FILLED
+            traps.append(f"{label} is {kind}: its samples count as filled")
+        elif kind.lower() == "mixed":
+            traps.append(f"{label} is Mixed: which samples are filled is not said")
+    return origin

@@ -1,0 +1,1 @@
+"""Can the result be right at all: the unit, the side, the evidence."""

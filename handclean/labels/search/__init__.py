@@ -1,0 +1,1 @@
+"""A target found in a frame without knowing where it was before."""

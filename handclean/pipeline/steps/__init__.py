@@ -1,1 +1,0 @@
-"""One step per command; see ``handclean.pipeline.outcome``."""

@@ -1,0 +1,209 @@
+"""Do one task and say how it went; whatever goes wrong, it is a report."""
+
+import glob
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import threadpoolctl
+
+from handclean.errors import TAKE, FileError, HandcleanError, TakeNumber
+from handclean.io.hdf5 import walker
+from handclean.runner import (
+    conditions,
+    interrupts,
+    noted,
+    outputs,
+    provenance,
+    terminal,
+)
+from handclean.runner.batch import Report, Source, Task, Work
+from handclean.runner.needs import SUBJECT
+from handclean.runner.notice import Notice, silent, watching
+from handclean.runner.outcome import Outcome
+from handclean.runner.outputs import Kept, State
+from handclean.runner.places import files_of, written_by
+from handclean.runner.plan import RECORDINGS
+
+Step = Callable[[Any, Any], Outcome]
+
+
+def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
+    """Do one task; any failure is a report, except that of a signal.
+
+    A failed one still says what was odd about the takes it had read.
+    ``notice`` is called when a kernel is about to be compiled.
+    """
+    started = time.perf_counter()
+    with noted.collected() as odd:
+        report = _attempt(work, task, notice)
+    if report.status == "failed":
+        only = task.sources[0].path if len(task.sources) == 1 else None
+        report = replace(report, warnings=noted.told(odd, only))
+    return replace(report, seconds=round(time.perf_counter() - started, 3))
+
+
+def _attempt(work: Work, task: Task, notice: Notice) -> Report:
+    where = task.sources[0].name
+    try:
+        report = _do(work, task, notice)
+    except HandcleanError as error:
+        report = _failed(_placed(task, error), exit_status=error.exit_status)
+    except MemoryError:
+        report = _failed(f"{where}: there is not enough memory for it")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        report = _failed(f"{error.filename or where}: {reason}")
+    except Exception as error:
+        interrupts.raise_swallowed()
+        text = f"{where}: internal error, please report it: {type(error).__name__}: "
+        report = _failed(text + str(error), trace=traceback.format_exc())
+    interrupts.raise_swallowed()
+    return report
+
+
+def figures_of(work: Work) -> dict[str, str]:
+    """Names and meanings of the figures a step reports."""
+    figures: dict[str, str] = import_module(work.module).FIGURES
+    return figures
+
+
+def _placed(task: Task, error: HandcleanError) -> str:
+    """Let an error that names no file of the task begin with its input.
+
+    What is wrong with another file that a line of a manifest gives, or with what that
+    line does not give, names input and line.
+    """
+    where, file = task.sources[0].name, error.file
+    if error.where == TAKE:
+        return str(error.at(where))
+    if isinstance(error.where, TakeNumber):
+        return str(error.at(task.sources[error.where.number].name))
+    if file in (*_inputs(task), *written_by([task])):
+        return str(error)
+    for source in task.sources:
+        given = file in files_of(source).values()
+        if source.at and (given or error.where == SUBJECT):
+            return f"{source.name}: {error} ({source.at})"
+        if given:
+            return str(error)
+    return f"{where}: {error}"
+
+
+def _files(task: Task) -> list[Path]:
+    return [path for source in task.sources for path in files_of(source).values()]
+
+
+def _inputs(task: Task) -> list[Path]:
+    return [source.path for source in task.sources]
+
+
+def _failed(error: str, **parts: Any) -> Report:
+    text = terminal.shortened(" ".join(error.split()))
+    return Report(status="failed", error=text, **parts)
+
+
+def _do(work: Work, task: Task, notice: Notice) -> Report:
+    for path in (s.path for s in task.sources if s.is_file):
+        _expect_file(path)
+    if not task.outputs:
+        outcome = _outcome(work, task, notice)
+        return _done(provenance.plain(outcome.figures), outcome)
+    digests = {
+        path: provenance.digest(path)
+        for source in task.sources
+        for path in files_of(source).values()
+    }
+    begun = provenance.entry(work, task, digests)
+    kept = Kept(digests)
+    states = {
+        path: outputs.state(path, begun, work.overwrite, kept) for path in task.outputs
+    }
+    if set(states.values()) == {State.SAME}:
+        outputs.touch(task)
+        made = provenance.of(task.outputs[0])[-1]
+        return Report(
+            status="skipped",
+            line=made.get("line", ""),
+            figures=made.get("figures", {}),
+            warnings=tuple(made.get("warnings", ())),
+        )
+    target = task.outputs[0].suffix.lower()
+    sources = tuple(
+        replace(source, sha256=digests.get(source.path, ""), target=target)
+        for source in task.sources
+    )
+    outcome = _outcome(work, replace(task, sources=sources), notice)
+    entry = provenance.finished(begun, outcome)
+    lost, stood = outputs.write(task, outcome, entry, states)
+    return _done(entry["figures"], outcome, (*lost, *stood))
+
+
+def _expect_file(path: Path) -> None:
+    """Expect no folder and no pattern where a file should be named.
+
+    Raises
+    ------
+    FileError
+        If it is one.
+    """
+    if path.is_dir():
+        some = Counter(p.suffix for p in path.iterdir() if p.suffix in RECORDINGS)
+        suffix = min(some, key=lambda s: (-some[s], s), default=".c3d")
+        right = f"give its files, such as {path / '*'}{suffix}"
+        raise FileError(path, "is a folder", right)
+    if glob.has_magic(str(path)) and not path.exists():
+        count = len(glob.glob(str(path)))
+        those = f"{count} files that match" if count > 1 else "one file that matches"
+        right = f"without quotes it is the {those} it"
+        right = right if count else "as a pattern it matches none either"
+        raise FileError(path, "no such file", right)
+
+
+def _done(
+    figures: dict[str, Any], outcome: Outcome, lost: tuple[str, ...] = ()
+) -> Report:
+    return Report(
+        status="done",
+        line=outcome.line,
+        details=outcome.details,
+        figures=figures,
+        warnings=(*outcome.warnings, *lost),
+    )
+
+
+def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
+    lenient = any(source.lenient for source in task.sources)
+    if any(path.suffix.lower() == ".h5" for path in _files(task)):
+        walker.start()  # it gets ready while the step is imported
+    module = import_module(work.module)
+    from handclean.io.hdf5 import seal  # late, so that help is instant
+
+    step: Step = getattr(module, work.module.rsplit(".", 1)[-1])
+    with (
+        threadpoolctl.threadpool_limits(1),
+        watching(notice),
+        seal.tolerated(lenient) as broken,
+    ):
+        given: Source | tuple[Source, ...]
+        given = task.sources if task.reduces else task.sources[0]
+        try:
+            outcome = step(given, work.settings)
+        finally:
+            noted.note(None, broken)
+    outcome = replace(outcome, warnings=(*broken, *outcome.warnings))
+    unknown = [n for n in outcome.figures if not conditions.is_known(n, module.FIGURES)]
+    assert not unknown, f"figures without a meaning: {unknown}"
+    assert len(outcome.writers) == len(task.outputs), "a writer for each output"
+    return outcome
+
+
+def gone(task: Task, cause: str) -> Report:
+    """Report a task whose worker is no more, and clear up after it."""
+    outputs.clean(task)
+    return _failed(f"{task.sources[0].name}: {cause}")

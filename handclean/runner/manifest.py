@@ -1,0 +1,221 @@
+"""Lists of inputs: manifests, shards, and the failed ones as a new manifest.
+
+A manifest is CSV whose header names ``input`` and, as needed, ``output``,
+``subject``, ``marker_set`` and ``side``; or plain lines, each a path. Several subjects
+(one per hand) stand in one cell with ``;`` between them. Relative paths are relative
+to the folder the command runs in, like paths on the command line.
+"""
+
+import csv
+import io
+import os
+import re
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar
+
+from handclean.errors import UnknownSettingError, UsageError
+from handclean.runner import interrupts
+
+T = TypeVar("T")
+
+COLUMNS = ("input", "output", "subject", "marker_set", "side")
+SIDES = ("left", "right", "both")
+
+MISSPELT = 0.75
+"""Share of a column's name that has to be right for it to be meant."""
+
+MOST_LINES = 1_000_000
+MOST_BYTES = 100_000_000
+"""A manifest that has more is refused while it is read, before memory runs out.
+
+A line costs about a kilobyte once it is planned, so this many need a gigabyte; a
+hundred bytes a line are a long path. A million takes of a second's work each are twelve
+days of one core, which several manifests share better.
+"""
+
+_CHUNK = 1 << 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """One input and what its line says about it; None or empty where it is silent.
+
+    ``at`` is where it stands: "takes.csv, line 3", "" on the command line.
+    """
+
+    input: Path
+    output: str = ""
+    subjects: tuple[Path, ...] = ()
+    marker_set: str = ""
+    side: str = ""
+    at: str = field(default="", compare=False)
+
+
+def read(name: str) -> tuple[Line, ...]:
+    """Read a manifest from a file, or from stdin when its name is "-".
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read, is empty, or has an unknown column or a line that does
+        not fit the header.
+    """
+    where = "stdin" if name == "-" else name
+    text = _text(name, where)
+    if not text.strip():
+        raise UsageError(
+            "is empty; it should list the inputs, one per line", where=where
+        )
+    first = text.lstrip("\n").split("\n", 1)[0].strip()
+    if re.match(r'"?input"?\s*[;\t]', first):
+        raise UsageError("columns should be separated by commas", where=where)
+    header = [cell.strip() for row in _rows(where, csv.reader([first])) for cell in row]
+    if "input" in header:
+        return tuple(_table(where, text, header))
+    _expect_no_header(where, header)
+    lines = (line.removesuffix("\r") for line in text.split("\n"))
+    return tuple(Line(input=Path(line)) for line in lines if line.strip())
+
+
+def _expect_no_header(where: str, cells: list[str]) -> None:
+    """Expect that a first line is a path, not a header without ``input``."""
+    if len(cells) < 2 or not any(map(_like_a_column, cells)):
+        return
+    for cell in cells:
+        if cell not in COLUMNS:
+            raise UnknownSettingError(where, "column", cell, COLUMNS)
+    raise UsageError("has no column 'input'; its header should name one", where=where)
+
+
+def _like_a_column(cell: str) -> bool:
+    """Whether a cell is the name of a column, perhaps misspelt."""
+    return bool(get_close_matches(cell.casefold(), COLUMNS, n=1, cutoff=MISSPELT))
+
+
+def _text(name: str, where: str) -> str:
+    try:
+        if name == "-":
+            data = _bounded(sys.stdin.buffer, where)
+        else:
+            with Path(name).open("rb") as stream:
+                data = _bounded(stream, where)
+    except OSError as error:
+        raise UsageError(
+            f"{(error.strerror or str(error)).lower()}", where=where
+        ) from None
+    if b"\n" not in data:  # lines of an old Macintosh
+        data = data.replace(b"\r", b"\n")
+        _expect_few(where, len(data), data.count(b"\n"))
+    return os.fsdecode(data.removeprefix(b"\xef\xbb\xbf"))
+
+
+def _bounded(stream: Any, where: str) -> bytes:
+    """Read a stream to its end, unless that is too far away.
+
+    One read is one call of the system (``read1``): reading all at once never comes
+    back to Python, and so to a signal, as long as there is more.
+    """
+    chunks: list[bytes] = []
+    size = lines = 0
+    while chunk := stream.read1(_CHUNK):
+        interrupts.raise_swallowed()
+        if b"\0" in chunk:
+            raise UsageError(
+                "is not text; a manifest is CSV or a list of paths", where=where
+            )
+        size += len(chunk)
+        lines += chunk.count(b"\n")
+        _expect_few(where, size, lines)
+        chunks.append(chunk)
+    interrupts.raise_swallowed()
+    return b"".join(chunks)
+
+
+def _expect_few(where: str, size: int, lines: int) -> None:
+    """Expect no more bytes and lines than a manifest may have."""
+    if size > MOST_BYTES or lines > MOST_LINES:
+        most = f"{MOST_LINES} lines or {MOST_BYTES // 1_000_000} MB"
+        raise UsageError(
+            f"has more than {most}; it should be parted into several", where=where
+        )
+
+
+def _table(where: str, text: str, header: list[str]) -> Iterable[Line]:
+    for name in header:
+        if name not in COLUMNS:
+            raise UnknownSettingError(where, "column", name, COLUMNS)
+    if len(set(header)) != len(header):
+        raise UsageError("every column should appear once", where=where)
+    rows = csv.reader(io.StringIO(text, newline=""))
+    started = False
+    for row in _rows(where, rows):
+        if not any(cell.strip() for cell in row):
+            continue
+        if not started:
+            started = True
+            continue
+        at = f"{where}, line {rows.line_num}"
+        if len(row) != len(header):
+            raise UsageError(
+                f"has {len(row)} cells; it should have {len(header)} like the header",
+                where=at,
+            )
+        yield _line(at, dict(zip(header, row, strict=True)))
+
+
+def _rows(where: str, rows: Iterator[list[str]]) -> Iterator[list[str]]:
+    try:
+        yield from rows
+    except csv.Error as error:
+        raise UsageError(f"is not CSV: {error}", where=where) from None
+
+
+def _line(where: str, cells: dict[str, str]) -> Line:
+    if not cells["input"]:
+        raise UsageError("should name an input", where=where)
+    side = cells.get("side", "")
+    if side and side not in SIDES:
+        raise UsageError(
+            f"side should be left, right or both, not '{side}'", where=where
+        )
+    subjects = cells.get("subject", "").split(";")
+    return Line(
+        input=Path(cells["input"]),
+        output=cells.get("output", ""),
+        subjects=tuple(Path(name) for name in subjects if name),
+        marker_set=cells.get("marker_set", ""),
+        side=side,
+        at=where,
+    )
+
+
+def shard(items: Sequence[T], which: str) -> Sequence[T]:
+    """Take every N-th item from the I-th (from 1), of ``which`` = "I/N"; "" is all.
+
+    Raises
+    ------
+    UsageError
+        If ``which`` is not of that form or I is not among 1..N.
+    """
+    if not which:
+        return items
+    match = re.fullmatch(r"(\d+)/(\d+)", which, re.ASCII)
+    part, parts = map(int, match.groups()) if match else (0, 0)
+    if not 1 <= part <= parts:
+        raise UsageError(f"--shard should be I/N with I from 1 to N, not '{which}'")
+    return items[part - 1 :: parts]
+
+
+def to_csv(lines: Iterable[Line]) -> str:
+    """Write lines as a manifest."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for line in lines:
+        subjects = ";".join(map(str, line.subjects))
+        writer.writerow((line.input, line.output, subjects, line.marker_set, line.side))
+    return out.getvalue()

@@ -1,0 +1,202 @@
+"""Run a step over many inputs: shards, jobs, resume, and one exit status."""
+
+import os
+import sys
+import threading
+from collections.abc import Callable, Collection, Generator, Sequence
+from contextlib import closing, redirect_stdout
+from importlib import import_module
+from pathlib import Path
+
+from handclean.errors import UsageError
+from handclean.runner import (
+    conditions as require,
+)
+from handclean.runner import (
+    failed,
+    manifest,
+    needs,
+    plan,
+    staging,
+    terminal,
+)
+from handclean.runner.batch import Batch, Report, Task, Work
+from handclean.runner.conditions import Condition
+from handclean.runner.console import Console
+from handclean.runner.execute import execute, figures_of
+from handclean.runner.manifest import Line
+from handclean.runner.notice import Once, silent
+from handclean.runner.workers import in_workers
+
+Reports = Generator[tuple[int, Report], None, None]
+
+FAILED, WRONG_USAGE, NOT_MET = 1, 2, 3
+"""Exit statuses beside 0."""
+
+
+def run(work: Work, batch: Batch, suffixes: Collection[str] = plan.RECORDINGS) -> int:
+    """Run a step once for every input; return the exit status.
+
+    Parameters
+    ----------
+    work : what to do.
+    batch : with what.
+    suffixes : what outputs may end in; empty when the step writes none.
+
+    Raises
+    ------
+    UsageError
+        If something is wrong with the request as a whole; then nothing is done.
+    """
+    lines = plan.lines_of(batch)
+    tasks = plan.mapping(batch, lines, suffixes)
+    _check_hands(work, batch, tasks)
+    lines = tuple(manifest.shard(lines, batch.shard))
+    return run_tasks(work, batch, manifest.shard(tasks, batch.shard), lines)
+
+
+def reduce(
+    work: Work,
+    batch: Batch,
+    suffixes: Collection[str] = (".h5",),
+    beside: Sequence[Path] = (),
+) -> int:
+    """Run a step once over all inputs together; return the exit status.
+
+    Parameters and errors are those of `run`.
+
+    Parameters
+    ----------
+    beside : further outputs.
+    """
+    task = plan.reducing(batch, plan.lines_of(batch), suffixes, beside)
+    _check_hands(work, batch, [task])
+    return run_tasks(work, batch, [task], ())
+
+
+def run_tasks(
+    work: Work, batch: Batch, tasks: Sequence[Task], lines: Sequence[Line]
+) -> int:
+    """Run planned tasks; ``lines`` are what they came from, for ``--failed``."""
+    if not tasks and not batch.quiet:
+        sys.stderr.write(terminal.line(_nothing(batch)) + "\n")
+    known = figures_of(work) if batch.require else {}
+    conditions = [require.parse(text, known) for text in batch.require]
+    failed.expect_free(batch, tasks)
+    staging.remove_dead(path for task in tasks for path in task.outputs)
+    console = Console(batch, len(tasks))
+    reports: dict[int, Report] = {}
+    met = True
+    try:
+        with closing(_in_order(_reports(work, batch, tasks, console))) as ordered:
+            for index, report in ordered:
+                reports[index] = report
+                unmet = _unmet(conditions, report)
+                met = met and not unmet
+                console.tell(tasks[index], report, unmet)
+    finally:
+        console.close()
+        unfinished = {
+            i
+            for i in range(len(tasks))
+            if i not in reports or reports[i].status == "failed"
+        }
+        unlisted, kept = failed.write(batch, tasks, lines, unfinished)
+        for text in filter(None, (unlisted, kept)):
+            console.note(text)
+    console.summarise(list(reports.values()))
+    status = _exit_status(list(reports.values()), met)
+    return FAILED if unlisted and status != WRONG_USAGE else status
+
+
+def _nothing(batch: Batch) -> str:
+    """Say that nothing is to be done; no mistake, as ``--failed`` may list nothing."""
+    where = "stdin" if batch.manifest == "-" else batch.manifest or "inputs"
+    if batch.shard:
+        return f"{where}: none is left for shard {batch.shard}"
+    return f"{where}: the manifest lists no takes"
+
+
+def _check_hands(work: Work, batch: Batch, tasks: Sequence[Task]) -> None:
+    """Find what is wrong with subjects, marker set and prior before the first input."""
+    if batch.subjects or batch.marker_set or "prior" in batch.files:
+        hands = import_module("handclean.commands.shared.hands")  # late: it is heavy
+        hands.check(
+            batch,
+            marked=work.command in needs.HAND,
+            least=needs.LEAST.get(work.command, 1),
+        )
+    needs.expect(work, tasks)
+
+
+def _unmet(conditions: Sequence[Condition], report: Report) -> list[str]:
+    if report.status == "failed":
+        return []
+    texts = (condition.unmet(report.figures) for condition in conditions)
+    return [text for text in texts if text]
+
+
+def _exit_status(reports: Sequence[Report], met: bool) -> int:
+    wrong = [report for report in reports if report.status == "failed"]
+    if wrong:
+        all_wrong = all(report.exit_status == WRONG_USAGE for report in wrong)
+        nothing_done = len(wrong) == len(reports)
+        return WRONG_USAGE if all_wrong and nothing_done else FAILED
+    return 0 if met else NOT_MET
+
+
+def _reports(
+    work: Work, batch: Batch, tasks: Sequence[Task], console: Console
+) -> Reports:
+    """Yield the report of every task as it ends; those never begun come last."""
+    failing: Report | None = None
+    begun = set()
+    jobs = jobs_of(batch)
+    run_all = _here if len(tasks) <= 1 else in_workers
+    ended = run_all(work, tasks, jobs, lambda: not (failing and batch.fail_fast))
+    with closing(ended):
+        for index, report in ended:
+            if failing is None and report.status == "failed":
+                failing = report
+            begun.add(index)
+            console.ended()
+            yield index, report
+    for index in sorted(set(range(len(tasks))) - begun):
+        where = tasks[index].sources[0].name
+        error = f"{where}: not begun, as another input failed (--fail-fast)"
+        status = failing.exit_status if failing else FAILED
+        yield index, Report(status="failed", error=error, exit_status=status)
+
+
+def _here(
+    work: Work, tasks: Sequence[Task], jobs: int, may_start: Callable[[], bool]
+) -> Reports:
+    """Do tasks in this process; what a library prints must not meet the results."""
+    notice = silent if work.quiet else Once(threading.Lock())
+    for index, task in enumerate(tasks):
+        with redirect_stdout(sys.stderr):
+            report = execute(work, task, notice)
+        yield index, report
+
+
+def _in_order(reports: Reports) -> Reports:
+    early: dict[int, Report] = {}
+    due = 0
+    with closing(reports):
+        for index, report in reports:
+            early[index] = report
+            while due in early:
+                yield due, early.pop(due)
+                due += 1
+
+
+def jobs_of(batch: Batch) -> int:
+    """Worker processes: as asked for, else as Slurm grants, else one."""
+    if batch.jobs is not None:
+        return batch.jobs
+    granted = os.environ.get("SLURM_CPUS_PER_TASK", "1")
+    if not granted.isdecimal() or int(granted) < 1:
+        raise UsageError(
+            f"SLURM_CPUS_PER_TASK: should be a number of processors, not '{granted}'"
+        )
+    return int(granted)

@@ -1,0 +1,307 @@
+"""An output appears whole or not at all, and never over what somebody else made.
+
+It is written near its place under a name of its own, flushed to the disk, and
+renamed. A record that stands beside an output takes its place first: should the
+machine stop between the two, the next run finds no output and makes it again.
+
+What was read is never replaced, nor what that was made from, nor a file of another
+kind; of what handclean did not make, or what was edited since, a copy is kept.
+"""
+
+import os
+import stat
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+
+from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.runner import kinds, provenance, staging
+from handclean.runner.batch import Task
+from handclean.runner.interrupts import held_back
+from handclean.runner.outcome import Entry, Outcome
+from handclean.runner.places import sidecar, with_record
+
+
+class State(Enum):
+    """What stands where an output belongs."""
+
+    MISSING = "nothing"
+    SAME = "made by the same record"
+    OTHER = "made by another record"
+    FOREIGN = "not made by handclean, or edited since"
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Files that nothing replaces: those read, and those they were made from.
+
+    Attributes
+    ----------
+    read : digests of the files read.
+    """
+
+    read: Mapping[Path, str] = field(default_factory=dict)
+
+    def has(self, path: Path, found: State) -> bool:
+        """Whether a file is one of them; not by its place, which was looked at before.
+
+        What handclean made of an input is none, also where it has the bytes of one.
+        """
+        digest = provenance.digest(path)
+        if found is State.FOREIGN and digest in self.read.values():
+            return True
+        if found is not State.FOREIGN:
+            made_of = provenance.behind(path)
+            if not made_of.isdisjoint(self.read.values()):
+                return False
+        return any(digest in provenance.behind(read) for read in self.read)
+
+
+NOTHING = Kept()
+
+
+def state(path: Path, begun: Entry, overwrite: bool, kept: Kept = NOTHING) -> State:
+    """Look at the place of an output.
+
+    Parameters
+    ----------
+    kept : files that it may not be.
+
+    Raises
+    ------
+    UsageError
+        If one of those stands there, or a file of another kind.
+    FileError
+        If something stands there that handclean did not make (unless ``overwrite``),
+        or that is no file at all.
+    """
+    place = Path(os.path.realpath(path))
+    stands = _is_there(path)
+    foreign = [
+        path.with_name(part.name)
+        for part in with_record(place)[1:]
+        if _is_there(part) and not provenance.is_record(part)
+    ]
+    found = State.MISSING
+    if stands:
+        found = _made(place, begun)
+        if found is State.SAME and not (overwrite or foreign):
+            return State.SAME
+        made = kinds.MADE_BY.get((str(begun["command"]), path.suffix.lower()), "")
+        kinds.expect_same(place, made, path)
+        if kept.has(place, found):
+            raise UsageError(
+                "is what an input was made from, which is never replaced; -o should "
+                "name another place",
+                where=path,
+            )
+        foreign += [path] if found is State.FOREIGN else []
+    if foreign and not overwrite:
+        raise FileError(
+            foreign[0],
+            "is there already and not (or no longer) as handclean made it",
+            f"--overwrite replaces it and keeps it as {foreign[0].name}~",
+        )
+    if foreign:
+        return State.FOREIGN
+    return found if found is State.MISSING else State.OTHER
+
+
+def _is_there(path: Path) -> bool:
+    """Whether there is a file.
+
+    Raises
+    ------
+    FileError
+        If there is something else, or nobody may look.
+    """
+    try:
+        mode = os.stat(os.path.realpath(path)).st_mode
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise FileError(path, f"cannot be written: {reason}") from None
+    if not stat.S_ISREG(mode):
+        raise FileError(path, "is not a file", "name one that can be written")
+    return True
+
+
+def _made(path: Path, begun: Entry) -> State:
+    made = provenance.of(path)
+    intact = provenance.intact(path) if made else False
+    if intact is False:
+        return State.FOREIGN
+    return State.SAME if intact and provenance.same(made[-1], begun) else State.OTHER
+
+
+def touch(task: Task) -> None:
+    """Give outputs that stand the time of now, so that Make is content."""
+    for path in task.outputs:
+        os.utime(os.path.realpath(path))
+
+
+def write(
+    task: Task,
+    outcome: Outcome,
+    entry: Entry,
+    states: Mapping[Path, State] | None = None,
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Write every output of a task and put it in its place.
+
+    Parameters
+    ----------
+    states : what stood in the places of the outputs before the work.
+
+    Returns
+    -------
+    what the formats could not hold, and what was kept of what stood there, one line
+    each
+
+    Raises
+    ------
+    HandcleanError
+        What the writers raise; then nothing has changed.
+    OSError
+        If a disk is full or a folder cannot be made; it names the output.
+    """
+    places = [Path(os.path.realpath(output)) for output in task.outputs]
+    staged: dict[Path, Path] = {}
+    warnings: list[str] = []
+    kept: list[str] = []
+    try:
+        for number, output in enumerate(task.outputs):
+            place = places[number]
+            temporary = staging.temporary(place, task.token, number)
+            staged[temporary] = place
+            with _naming(output, temporary):
+                history = (*outcome.history, entry)
+                warned = outcome.writers[number](temporary, history) or ()
+                _flush(temporary)
+                if _is_there(output):
+                    kinds.expect_same(place, kinds.kind_of(temporary), output)
+                if with_record(place)[1:]:
+                    told = (*outcome.history, _warned(entry, warned))
+                    _stage_record(staged, temporary, told)
+            warnings += warned
+        with held_back():
+            for output, place in zip(task.outputs, places, strict=True):
+                with _naming(output):
+                    place.parent.mkdir(parents=True, exist_ok=True)
+            for output, place in zip(task.outputs, places, strict=True):
+                with _naming(output):
+                    _expect_as_before(place, output, (states or {}).get(output))
+                    kept += _commit(staged, place, output)
+            for folder in {place.parent for place in places}:
+                _flush(folder)
+        return tuple(warnings), tuple(kept)
+    finally:
+        for temporary in staged:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+def _stage_record(
+    staged: dict[Path, Path], temporary: Path, history: Sequence[Entry]
+) -> None:
+    """Write the record of what was just written; it takes its place before that."""
+    place = staged.pop(temporary)
+    beside = temporary.with_suffix(".json")
+    staged[beside], staged[temporary] = sidecar(place), place
+    provenance.write_sidecar(beside, temporary, history)
+    _flush(beside)
+
+
+def _warned(entry: Entry, warnings: Sequence[str]) -> Entry:
+    if not warnings:
+        return entry
+    return {**entry, "warnings": [*entry["warnings"], *warnings]}
+
+
+@contextmanager
+def _naming(output: Path, temporary: Path | None = None) -> Iterator[None]:
+    """Let errors name the output where they name the temporary file."""
+    try:
+        yield
+    except HandcleanError as error:
+        if temporary is None or error.file is None:
+            raise
+        if error.file.with_suffix("") != temporary.with_suffix(""):
+            raise
+        raise error.in_file(output) from None
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(output)) from None
+
+
+def clean(task: Task) -> None:
+    """Remove what a task of another process may have left half-written."""
+    staging.remove(task.outputs, task.token)
+
+
+def _expect_as_before(place: Path, output: Path, before: State | None) -> None:
+    """Expect that nobody else put a file where none was."""
+    if before is State.MISSING and place.exists() and not provenance.of(place):
+        raise FileError(output, "was made by somebody else meanwhile")
+
+
+def _commit(staged: Mapping[Path, Path], place: Path, output: Path) -> list[str]:
+    """Put an output and its record in their places; say what was kept."""
+    sources = {target: temporary for temporary, target in staged.items()}
+    parts = (*with_record(place)[1:], place)
+    kept = [keep(part, output) for part in parts if _is_foreign(part, place)]
+    if len(parts) > 1:
+        place.unlink(missing_ok=True)
+    for part in parts:
+        os.replace(sources[part], part)
+    return kept
+
+
+def _is_foreign(part: Path, place: Path) -> bool:
+    """Whether handclean did not make what stands in the place of an output."""
+    if not part.exists():
+        return False
+    if part != place:
+        return not provenance.is_record(part)
+    return not provenance.of(part) or provenance.intact(part) is False
+
+
+def keep(place: Path, output: Path) -> str:
+    """Keep a file that will be replaced as ``NAME~``, or ``NAME~2`` ...; say so.
+
+    Parameters
+    ----------
+    place : the file.
+    output : what the user called it, or what it stands beside.
+
+    Raises
+    ------
+    OSError
+        If it cannot be kept.
+    """
+    number = 1
+    called = output.with_name(place.name)
+    while True:
+        other = place.with_name(f"{place.name}~{number if number > 1 else ''}")
+        number += 1
+        if other.is_file() and provenance.digest(other) == provenance.digest(place):
+            break
+        try:
+            os.link(place, other)
+        except FileExistsError:
+            continue
+        except OSError:  # a disk without hard links
+            if os.path.lexists(other):
+                continue
+            os.rename(place, other)
+        break
+    return f"the {called} that stood there is kept as {other.name}"
+
+
+def _flush(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,151 @@
+"""Which file a path leads to: nothing that is read is written, nothing written twice.
+
+A file that is there is known by device and number, so that links, hard links and every
+spelling of its path give the same. A place where none is yet is known by the nearest
+folder that is there and the names below it; case and the composition of letters do not
+count where that folder does not tell them apart.
+"""
+
+import os
+import unicodedata
+from collections.abc import Iterable, Sequence
+from itertools import islice
+from pathlib import Path
+
+from handclean.errors import UsageError
+from handclean.runner.batch import Source, Task
+
+_LOOKED_AT = 16
+"""Names of a folder that are tried for whether their case counts."""
+
+
+def identity(path: Path) -> object:
+    """Name the file a path leads to so that every way to it gives the same."""
+    place = Path(os.path.realpath(path))
+    try:
+        status = place.stat()
+    except OSError:
+        return _future(place)
+    return status.st_dev, status.st_ino
+
+
+def _future(place: Path) -> object:
+    folder = nearest(place)
+    below = str(place.relative_to(folder))
+    if ignores_case(folder):
+        below = unicodedata.normalize("NFC", below).casefold()
+    status = folder.stat()
+    return status.st_dev, status.st_ino, below
+
+
+def nearest(place: Path) -> Path:
+    """Return the nearest folder above an absolute path that is there."""
+    return next(folder for folder in place.parents if os.path.isdir(folder))
+
+
+def ignores_case(folder: Path) -> bool:
+    """Whether names in a folder that differ only in case are one, as far as is seen.
+
+    Nothing is written to find out: names that are there are looked up in other case.
+    """
+    try:
+        with os.scandir(folder) as entries:
+            some = [entry.name for entry in islice(entries, _LOOKED_AT)]
+    except OSError:
+        some = []
+    names = [folder / name for name in some] + [folder]
+    for path in names:
+        other = path.with_name(path.name.swapcase()) if path.name else path
+        if other != path:
+            return _is_same(path, other)
+    return False
+
+
+def _is_same(one: Path, other: Path) -> bool:
+    try:
+        return os.path.samefile(one, other)
+    except OSError:
+        return False
+
+
+def sidecar(path: Path) -> Path:
+    """Where the record of an output stands that cannot carry it itself."""
+    return path.with_name(path.name + ".made.json")
+
+
+def files_of(source: Source) -> dict[str, Path]:
+    """List the files a source makes its step read, by their role."""
+    files = {"input": source.path} if source.is_file else {}
+    numbered = enumerate(source.subjects, start=1)
+    files.update({f"subject {number}": path for number, path in numbered})
+    if source.marker_set_file is not None:
+        files["marker_set"] = source.marker_set_file
+    return files | dict(source.files)
+
+
+def read_by(sources: Iterable[Source]) -> list[Path]:
+    """List all files that sources make a step read, records beside them too."""
+    return _with_records(path for s in sources for path in files_of(s).values())
+
+
+def written_by(tasks: Iterable[Task]) -> list[Path]:
+    """List all files that tasks write, records beside them too."""
+    return _with_records(path for task in tasks for path in task.outputs)
+
+
+def _with_records(paths: Iterable[Path]) -> list[Path]:
+    """List files, each once, with the records that stand beside them."""
+    return [part for path in dict.fromkeys(paths) for part in with_record(path)]
+
+
+def with_record(path: Path) -> tuple[Path, ...]:
+    """Return a file, and the record beside it where it cannot carry that itself."""
+    return (path,) if path.suffix.lower() == ".h5" else (path, sidecar(path))
+
+
+def expect_apart(tasks: Sequence[Task], read: Iterable[Path] = ()) -> None:
+    """Expect every output in a place of its own where nothing is read.
+
+    Parameters
+    ----------
+    read : files that the command reads beside those of its tasks.
+
+    Raises
+    ------
+    UsageError
+        If two outputs are one file, or an output is one of the files read.
+    """
+    if not any(task.outputs for task in tasks):
+        return
+    sources = (source for task in tasks for source in task.sources)
+    used = {identity(path) for path in (*read, *read_by(sources))}
+    taken: dict[object, str] = {}
+    for task in tasks:
+        for output in task.outputs:
+            for path in with_record(output):
+                known = identity(path)
+                if known in used:
+                    wrong = "is read as well as written; -o should name another place"
+                    raise UsageError(wrong, where=path)
+                if known in taken:
+                    raise UsageError(
+                        f"would be written twice, from {taken[known]} and from "
+                        f"{task.sources[0].name}",
+                        where=path,
+                    )
+                taken[known] = task.sources[0].name
+
+
+def expect_unused(path: Path, tasks: Sequence[Task], read: Iterable[Path] = ()) -> None:
+    """Expect that no task reads or writes a file.
+
+    Raises
+    ------
+    UsageError
+        If one does.
+    """
+    known = identity(path)
+    used = [*read_by(s for task in tasks for s in task.sources), *written_by(tasks)]
+    if known in map(identity, [*read, *used]):
+        wrong = "is also an input or an output of this command"
+        raise UsageError(wrong, where=path)

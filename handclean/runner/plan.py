@@ -1,0 +1,176 @@
+"""From what was asked for to tasks: which input becomes which output.
+
+With one input, ``-o`` may be a file whose suffix picks the format. Otherwise it is a
+folder: inputs keep their path below their common parent, and ``--format`` gives the
+suffix. All of it is settled on the whole list, before a shard is taken, so an output's
+place does not depend on shards.
+"""
+
+import os
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from handclean.errors import UnknownSettingError, UsageError
+from handclean.runner import manifest
+from handclean.runner.batch import Batch, Source, Task
+from handclean.runner.manifest import Line
+from handclean.runner.places import expect_apart
+from handclean.runner.staging import token
+
+RECORDINGS = (".h5", ".c3d", ".trc", ".csv", ".mot", ".bvh", ".glb")
+"""Suffixes a take can be written with."""
+
+MESHES = (".ply", ".obj", ".stl")
+"""Suffixes a mesh can be written with."""
+
+
+def lines_of(batch: Batch) -> tuple[Line, ...]:
+    """List the inputs of the command line, then those of its manifest.
+
+    Raises
+    ------
+    UsageError
+        If there are none, or the manifest is wrong.
+    """
+    lines = tuple(Line(input=path) for path in batch.inputs)
+    if batch.manifest is not None:
+        return lines + manifest.read(batch.manifest)
+    if not lines:
+        raise UsageError("inputs: there are none; name files, or a --manifest of them")
+    return lines
+
+
+def mapping(
+    batch: Batch, lines: Sequence[Line], suffixes: Collection[str]
+) -> list[Task]:
+    """Plan a command whose every input gives one output (none without suffixes).
+
+    Raises
+    ------
+    UsageError
+        If an output has no place or an unknown suffix, if two inputs would share one,
+        or if one is an input itself.
+    """
+    sources = [_source(batch, line) for line in lines]
+    if not suffixes:
+        return [Task(sources=(source,)) for source in sources]
+    outputs = _outputs(batch, lines, suffixes)
+    tasks = [
+        Task(sources=(source,), outputs=(output,), token=token())
+        for source, output in zip(sources, outputs, strict=True)
+    ]
+    expect_apart(tasks, batch.reads)
+    return tasks
+
+
+def reducing(
+    batch: Batch,
+    lines: Sequence[Line],
+    suffixes: Collection[str],
+    beside: Sequence[Path] = (),
+) -> Task:
+    """Plan a command whose inputs together give one output (none without suffixes).
+
+    Parameters
+    ----------
+    beside : further outputs, with any suffix.
+
+    Raises
+    ------
+    UsageError
+        As `mapping`.
+    """
+    sources = tuple(_source(batch, line) for line in lines)
+    if not sources:
+        where = batch.manifest or "inputs"
+        raise UsageError("the manifest lists no takes", where=where)
+    if not suffixes:
+        return Task(sources=sources, reduces=True)
+    if batch.output is None:
+        raise UsageError("-o: is missing; it should name a file")
+    output = Path(batch.output)
+    _expect_suffix(output, output.suffix, suffixes)
+    outputs = (output, *beside)
+    task = Task(sources=sources, outputs=outputs, token=token(), reduces=True)
+    expect_apart([task], batch.reads)
+    return task
+
+
+def _source(batch: Batch, line: Line) -> Source:
+    return Source(
+        path=line.input,
+        subjects=line.subjects or batch.subjects,
+        marker_set=line.marker_set or batch.marker_set,
+        side=line.side or batch.side,
+        rate_hz=batch.rate_hz,
+        unit=batch.unit,
+        lenient=batch.lenient,
+        believe_coordinates=batch.believe_coordinates,
+        files=batch.files,
+        seed=batch.seed or 0,
+        at=line.at,
+    )
+
+
+def _outputs(
+    batch: Batch, lines: Sequence[Line], suffixes: Collection[str]
+) -> list[Path]:
+    unplaced = [line.input for line in lines if not line.output]
+    places = iter(_places(batch, unplaced, suffixes) if unplaced else ())
+    outputs = [Path(line.output) if line.output else next(places) for line in lines]
+    for output in outputs:
+        _expect_suffix(output, output.suffix, suffixes)
+    return outputs
+
+
+def _places(
+    batch: Batch, inputs: Sequence[Path], suffixes: Collection[str]
+) -> list[Path]:
+    """Give the inputs that name no output themselves a place under ``-o``."""
+    if batch.output is None:
+        raise UsageError("-o: is missing; it should name a file or a folder")
+    output = Path(batch.output)
+    if not _is_folder(batch.output, suffixes):
+        if len(inputs) == 1:
+            return [output]
+        raise UsageError(
+            f"is one file for {len(inputs)} inputs; -o should name a folder",
+            where=output,
+        )
+    _expect_suffix("--format", batch.format, suffixes)
+    parent = _common_parent(inputs)
+    return [
+        (output / _below(path, parent)).with_suffix(batch.format) for path in inputs
+    ]
+
+
+def _is_folder(output: str, suffixes: Collection[str]) -> bool:
+    """Whether ``-o`` names a folder: there is one, it ends in /, or has no suffix."""
+    if os.path.isdir(output) or output.endswith(("/", os.sep)):
+        return True
+    return not Path(output).suffix
+
+
+def _expect_suffix(where: Path | str, suffix: str, suffixes: Collection[str]) -> None:
+    if not suffix:
+        raise UsageError(f"should end in {' or '.join(suffixes)}", where=where)
+    if suffix.lower() not in suffixes:
+        raise UnknownSettingError(where, "format for writing", suffix, suffixes)
+
+
+def _common_parent(inputs: Iterable[Path]) -> str:
+    parents = {os.path.dirname(os.path.abspath(path)) for path in inputs}
+    return os.path.commonpath(parents)
+
+
+def _below(path: Path, parent: str) -> str:
+    return os.path.relpath(os.path.abspath(path), parent)
+
+
+def failed_lines(tasks: Iterable[Task], lines: Iterable[Line]) -> list[Line]:
+    """Lines of tasks, each saying where its output belongs."""
+    return [
+        replace(line, output=str(task.outputs[0]) if task.outputs else "")
+        for task, line in zip(tasks, lines, strict=True)
+    ]
