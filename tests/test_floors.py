@@ -11,7 +11,7 @@ import pytest
 FLOORS = [
     {"errors"},
     {"toml"},
-    {"arrays", "config"},
+    {"arrays", "config", "remarks"},
     {"kernels"},
     {"numerics"},
     {"tree"},
