@@ -25,10 +25,12 @@ FLOORS = [
 ]
 WINGS = {
     "io": [
+        {"formats"},
         {"shared"},
         {"c3d", "bvh", "hdf5", "mesh", "text"},
         {"gltf", "glove"},
-        {"keeps", "landmarks", "marker_sets", "oddities", "shapes"},
+        {"keeps", "landmarks", "marker_sets", "oddities", "shapes", "takes"},
+        {"contents"},
         {"files"},
     ],
     "labels": [

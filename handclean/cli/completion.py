@@ -15,7 +15,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from handclean.runner import plan
+from handclean.io.formats import MESHES, TAKES_WRITTEN
 from handclean.toml import read_toml
 
 VARIABLE = "_HANDCLEAN_COMPLETE"
@@ -90,7 +90,7 @@ marker_sets = shipped("marker_sets")
 joint_maps = shipped("joint_maps")
 gloves = found(_gloves, files=True)
 poses = found(_key_poses, files=True)
-suffixes = words((*plan.RECORDINGS, *plan.MESHES))
+suffixes = words((*TAKES_WRITTEN, *MESHES))
 touching = words(f"thumb,{finger}" for finger in FINGERS)
 
 SETTINGS: dict[str, Complete] = {

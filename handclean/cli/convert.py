@@ -6,7 +6,8 @@ import click
 
 from handclean.cli import completion, options
 from handclean.commands.shared.choices import Converting
-from handclean.runner import many, plan
+from handclean.io.formats import MESHES, TAKES_WRITTEN
+from handclean.runner import many
 from handclean.runner.batch import Batch, Work
 
 
@@ -47,5 +48,5 @@ def command(batch: Batch, joint_map: str | None, unnamed: bool) -> int:
         chosen = Converting(joint_map=joint_map or "", unnamed=unnamed)
     if joint_map and joint_map.endswith(".toml"):
         batch = options.with_files(batch, joint_map=Path(joint_map))
-    suffixes = (*plan.RECORDINGS, *plan.MESHES)
+    suffixes = (*TAKES_WRITTEN, *MESHES)
     return many.run(Work.of("convert", batch, chosen), batch, suffixes)

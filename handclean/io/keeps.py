@@ -1,7 +1,8 @@
 """What each format keeps of a take, and what of a given take it cannot keep.
 
-`KEEPS` is the table that stands in README.md; a test writes a take in which every part
-is there in every format, reads it back and compares.
+`handclean.io.formats` says which parts each keeps; README.md shows it as a table. A
+test writes a take in which every part is there in every format, reads it back and
+compares.
 """
 
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from handclean.io.formats import BY_SUFFIX, FORMATS
 from handclean.recording import Motion, Origin, Recording
 
 
@@ -116,23 +118,8 @@ PARTS = MappingProxyType(
     }
 )
 
-KEEPS = MappingProxyType(
-    {
-        ".h5": frozenset(PARTS),
-        ".c3d": frozenset(PARTS)
-        - {"confidence", "roots", "skeletons", "events", "start_time"},
-        ".trc": frozenset({"markers", "first_frame", "start_time"}),
-        ".csv": frozenset(
-            {
-                *{"markers", "points", "marks", "angles", "roots", "trust"},
-                *{"first_frame", "start_time", "up_axis"},
-            }
-        ),
-        ".mot": frozenset({"angles", "roots", "trust", "start_time"}),
-        ".bvh": frozenset({"angles", "roots", "skeletons"}),
-        ".glb": frozenset({"angles", "roots", "trust", "skeletons", "up_axis"}),
-    }
-)
+KEEPS = MappingProxyType({f.suffix: f.keeps for f in FORMATS if f.keeps})
+"""Parts that each format keeps, by its suffix."""
 
 
 def parts(suffix: str, *, unnamed: bool = False) -> frozenset[str]:
@@ -140,10 +127,11 @@ def parts(suffix: str, *, unnamed: bool = False) -> frozenset[str]:
 
     Parameters
     ----------
-    unnamed : write points without a name into a TRC, too.
+    unnamed : write points without a name where a format can leave them out (TRC).
     """
-    more = {"points"} if unnamed and suffix == ".trc" else set()
-    return KEEPS.get(suffix, frozenset(PARTS)) | more
+    wanted = BY_SUFFIX.get(suffix)
+    more = unnamed and wanted is not None and "unnamed" in wanted.options
+    return KEEPS.get(suffix, frozenset(PARTS)) | ({"points"} if more else set())
 
 
 def lost(

@@ -21,9 +21,6 @@ from handclean.runner.staging import token
 RECORDINGS = (".h5", ".c3d", ".trc", ".csv", ".mot", ".bvh", ".glb")
 """Suffixes a take can be written with."""
 
-MESHES = (".ply", ".obj", ".stl")
-"""Suffixes a mesh can be written with."""
-
 
 def lines_of(batch: Batch) -> tuple[Line, ...]:
     """List the inputs of the command line, then those of its manifest.

@@ -18,6 +18,7 @@ from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import template_subject
 from handclean.hand.template import template
 from handclean.io import files
+from handclean.io.formats import TAKES_WRITTEN
 from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Recording, motion_from_poses, trajectories
 from handclean.runner import plan
@@ -58,7 +59,7 @@ def provenance(path):
 
 
 def test_the_formats_that_are_planned_for_are_those_that_are_written():
-    assert set(plan.RECORDINGS) == set(files.WRITERS)
+    assert set(plan.RECORDINGS) == set(TAKES_WRITTEN)
 
 
 def test_every_take_arrives_whatever_its_name_jobs_and_shards(handclean, take):

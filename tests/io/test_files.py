@@ -11,6 +11,8 @@ from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.hand.model import neutral_pose
 from handclean.hand.template import template
 from handclean.io import files
+from handclean.io.contents import gaps_of
+from handclean.io.formats import TAKES_READ
 from handclean.io.hdf5.file import write_h5
 from handclean.io.hdf5.parts import Array, Part
 from handclean.recording import (
@@ -105,7 +107,7 @@ def test_formats_that_do_not_exist_are_named(rng, tmp_path):
         files.read(tmp_path / "a")
 
 
-@pytest.mark.parametrize("suffix", list(files.READERS))
+@pytest.mark.parametrize("suffix", TAKES_READ)
 @pytest.mark.parametrize("what", ["missing", "folder", "empty", "blank", "noise"])
 def test_what_is_no_take_is_one_clear_line(suffix, what, tmp_path):
     path = tmp_path / f"take{suffix}"
@@ -232,10 +234,10 @@ def test_inspect_says_what_else_a_file_of_ours_is(tmp_path):
 
 def test_gaps_have_two_ends_and_open_ends_one():
     seen = np.array([[1, 0, 1, 0], [0, 0, 1, 1], [1, 0, 1, 0], [1, 1, 1, 0]], bool)
-    lengths, ends = files.gaps_of(seen)
+    lengths, ends = gaps_of(seen)
     assert sorted(lengths) == [1]
     assert ends == 3
-    assert files.gaps_of(np.zeros((5, 2), bool)) == ([], 4)
+    assert gaps_of(np.zeros((5, 2), bool)) == ([], 4)
 
 
 def test_a_session_keeps_a_c3d_file_so_that_it_can_be_written_again(

@@ -10,6 +10,7 @@ import pytest
 from handclean.errors import FileError
 from handclean.hand.template import template
 from handclean.io import files
+from handclean.io.formats import TAKES_WRITTEN
 from handclean.io.keeps import KEEPS, PARTS, kept, lost, table
 from handclean.recording import (
     Analog,
@@ -105,7 +106,7 @@ def test_a_format_keeps_what_the_table_says_and_no_more(suffix, take, tmp_path):
 
 
 def test_every_format_that_is_written_stands_in_the_table():
-    assert set(KEEPS) == set(files.WRITERS)
+    assert set(KEEPS) == set(TAKES_WRITTEN)
 
 
 @pytest.mark.parametrize("suffix", [s for s in KEEPS if s != ".h5"])

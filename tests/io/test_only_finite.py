@@ -15,6 +15,7 @@ from handclean.hand.subject import template_subject
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.io import files
+from handclean.io.formats import TAKES_READ, TAKES_WRITTEN
 from handclean.io.hdf5.file import read_h5, write_h5
 from handclean.io.hdf5.parts import Array, Part
 from handclean.io.hdf5.prior import FORMAT as PRIOR
@@ -181,11 +182,11 @@ def test_what_is_no_number_counts_as_unknown():
     assert only_finite(found) is found
 
 
-@pytest.mark.parametrize("suffix", sorted(files.WRITERS))
+@pytest.mark.parametrize("suffix", sorted(TAKES_WRITTEN))
 def test_no_writer_says_that_what_is_no_number_is_known(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     files.write(path, take())
-    if suffix in files.READERS:
+    if suffix in TAKES_READ:
         expect_honest(
             files.read(path, rate_hz=100.0, unit="mm" if suffix == ".csv" else None)
         )

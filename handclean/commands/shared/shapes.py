@@ -10,6 +10,7 @@ from handclean.hand.subject import Subject
 from handclean.hand.surface import vertex_normals
 from handclean.hand.template import HAND_LENGTH
 from handclean.hand.template_surface import template_surface
+from handclean.io.formats import HANDS, MESHES, SUBJECTS
 from handclean.io.gltf.write import write_hand
 from handclean.io.hdf5.file import format_of
 from handclean.io.hdf5.subject import FORMAT, read_subject, write_subject
@@ -18,7 +19,6 @@ from handclean.io.shapes import read_hand
 from handclean.runner import provenance as record
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
-from handclean.runner.plan import MESHES
 
 _SKEW = 5.0
 """[degrees] out of a finger's plane from which it is said."""
@@ -31,7 +31,7 @@ def is_mesh(source: Source) -> bool:
 
 def is_skinned(source: Source) -> bool:
     """Whether an input is a file that may hold a skinned hand."""
-    return source.path.suffix.lower() == ".glb"
+    return source.path.suffix.lower() in HANDS
 
 
 def is_subject(source: Source) -> bool:
@@ -123,11 +123,10 @@ def subject(
     UsageError
         If the output's format is none of a subject's.
     """
-    formats = (".h5", ".glb", *MESHES)
-    if source.target not in formats:
+    if source.target not in SUBJECTS:
         raise UsageError(
             f"a subject cannot be written as {source.target}, only as "
-            + " ".join(formats),
+            + " ".join(SUBJECTS),
             where=source.path,
         )
     tree = found.model.tree

@@ -62,6 +62,7 @@ from handclean.io.c3d.write import encode_c3d, plan_writing
 from handclean.io.shared.reading import (
     METRES,
     UNLABELLED,
+    Reading,
     named_unit,
     settle_rate,
     settle_unit,
@@ -132,6 +133,25 @@ def read_c3d(
         parameters={"c3d": _kept(structure, name, columns, coding)},
         source_events=read_events(structure.head, layout.first_frame, hz),
     )
+
+
+def read_c3d_take(
+    path: Path,
+    *,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    lenient: bool = False,
+    believe_coordinates: bool = False,
+) -> Reading:
+    """Read a C3D file as readers of other formats hand over a take; see `read_c3d`."""
+    take = read_c3d(
+        path,
+        lenient=lenient,
+        unit=unit,
+        rate=rate_hz,
+        believe_coordinates=believe_coordinates,
+    )
+    return Reading(recording=take, unit=str(take.parameters["c3d"]["unit"]))
 
 
 def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> tuple[str, ...]:

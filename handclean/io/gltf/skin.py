@@ -15,7 +15,7 @@ import numpy as np
 
 from handclean.arrays import Bytes, Floats, Ints
 from handclean.io.gltf.read import Glb, Nodes, accessor, floats, nodes_of
-from handclean.io.mesh.ply import as_bytes
+from handclean.io.mesh.raw import as_bytes
 
 _MOST_PARTS = 256
 _TRIANGLES = 4

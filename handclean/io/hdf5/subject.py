@@ -18,6 +18,7 @@ from handclean.hand.skeleton import load_skeleton
 from handclean.hand.subject import Subject
 from handclean.hand.surface import MOST_BONES, Surface
 from handclean.hand.template import HAND_LENGTH
+from handclean.io.formats import HAND, MESH, TAKE, by_suffix
 from handclean.io.hdf5.file import read_h5, write_h5
 from handclean.io.hdf5.parts import (
     Array,
@@ -34,24 +35,21 @@ FORMAT = "handclean subject"
 _MOST_SIGMA_M = 1.0
 """[m] no marker of a hand is less sure; chosen, only to bound what is read."""
 
-_OTHERS = (
-    (
-        (".c3d", ".trc", ".csv", ".tsv", ".bvh", ".mot"),
+_OTHERS = {
+    TAKE: (
         "is a take, not a subject",
         "'handclean calibrate-hand markers' makes a subject of a labelled one",
     ),
-    (
-        (".ply", ".obj", ".stl"),
+    MESH: (
         "is a mesh, not a subject",
         "'handclean calibrate-hand scan' makes a subject of it",
     ),
-    (
-        (".glb",),
+    HAND: (
         "is a rigged hand, not a subject",
         "'handclean convert' makes a subject of it",
     ),
-)
-"""What is given for a subject by suffix, what it is, and what makes a subject of it."""
+}
+"""What else is given for a subject, and what makes a subject of it."""
 
 
 def write_subject(
@@ -101,9 +99,9 @@ def read_subject(path: Path) -> Subject:
     if path.suffix == ".toml":
         found = load_skeleton(path)
         return replace(found, name=found.name or _called(path))
-    for suffixes, wrong, right in _OTHERS:
-        if path.suffix.lower() in suffixes and path.exists():
-            raise FileError(path, wrong, right)
+    given = by_suffix(path)
+    if given is not None and given.suffix != ".h5" and path.exists():
+        raise FileError(path, *_OTHERS[given.holds])
     part = read_h5(path, FORMAT)
     expect_finite(part, unknown=("sigma", "values"))
     tree = tree_from(part.part("skeleton"))

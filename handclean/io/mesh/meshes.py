@@ -18,13 +18,9 @@ import numpy as np
 from handclean.arrays import Bytes, Floats, Ints, expect_shape
 from handclean.errors import FileError, UsageError
 from handclean.hand.surface import face_normals, is_closed, volume
-from handclean.io.mesh.obj_stl import parse_obj, parse_stl
-from handclean.io.mesh.ply import Ply, parse_ply, ply_bytes
+from handclean.io.formats import BY_SUFFIX, MESHES, function
+from handclean.io.mesh.raw import RawMesh
 from handclean.io.shared.reading import METRES, in_metres, load, settle_unit
-
-_PARSERS = {".ply": parse_ply, ".obj": parse_obj, ".stl": parse_stl}
-
-SUFFIXES = (".ply", ".obj", ".stl")
 
 SMALLEST, LARGEST = 0.06, 1.2
 """[m] longest side of what may be a scan of a hand, table and all."""
@@ -37,8 +33,6 @@ _CORE = (2.0, 98.0)
 
 _FARTHEST = 1e9
 """No coordinate is larger in any unit."""
-
-_STL_HEAD = 80
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,11 +82,10 @@ def read_mesh(path: Path, *, unit: str | None = None) -> Mesh:
         If its unit is not known, or not the stated one.
     """
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        known = " ".join(SUFFIXES)
+    if suffix not in MESHES:
+        known = " ".join(MESHES)
         raise FileError(path, f"no mesh format is called '{suffix}'", f"known: {known}")
-    content = load(path)
-    raw = _PARSERS[suffix](path, content)
+    raw: RawMesh = function(BY_SUFFIX[suffix].read)(path, load(path))
     _check(path, raw)
     traps: list[str] = []
     settled = _unit(path, raw, unit, traps)
@@ -154,56 +147,16 @@ def write_mesh(path: Path, mesh: Mesh, *, suffix: str = "") -> tuple[str, ...]:
         If it cannot be written.
     """
     kind = (suffix or path.suffix).lower()
-    lost: tuple[str, ...] = ()
-    if kind == ".ply":
-        content = ply_bytes(mesh.vertices, mesh.faces, mesh.normals, mesh.colors)
-    elif kind == ".obj":
-        content = _obj_bytes(mesh)
-    elif kind == ".stl":
-        if not len(mesh.faces):
-            raise FileError(path, "cannot be written: STL needs faces", "take .ply")
-        content = _stl_bytes(mesh)
-        lost = ("STL has no colours",) if mesh.colors is not None else ()
-    else:
-        known = " ".join(SUFFIXES)
+    if kind not in MESHES:
+        known = " ".join(MESHES)
         raise UsageError(
             f"no mesh format is called '{kind}'; known: {known}", where=path
         )
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise FileError(path, f"cannot be written ({error.strerror})") from None
-    return lost
+    notes: tuple[str, ...] = function(BY_SUFFIX[kind].write)(path, mesh)
+    return notes
 
 
-def _stl_bytes(mesh: Mesh) -> bytes:
-    """STL as numbers: a head, then each triangle's normal, corners and two bytes."""
-    fields = [("normal", "<f4", (3,)), ("at", "<f4", (3, 3)), ("more", "<u2")]
-    rows = np.zeros(len(mesh.faces), dtype=fields)
-    rows["at"] = mesh.vertices[mesh.faces]
-    flat = face_normals(mesh.vertices, mesh.faces)
-    size = np.linalg.norm(flat, axis=1, keepdims=True)
-    rows["normal"] = flat / np.where(size > 0.0, size, 1.0)
-    head = b"handclean: unit m".ljust(_STL_HEAD)
-    return head + len(rows).to_bytes(4, "little") + rows.tobytes()
-
-
-def _obj_bytes(mesh: Mesh) -> bytes:
-    rows = np.round(mesh.vertices, 9)
-    if mesh.colors is not None:
-        rows = np.hstack([rows, np.round(mesh.colors / 255.0, 4)])
-    lines = ["# unit m"]
-    lines += ["v " + " ".join(f"{x:.9g}" for x in row) for row in rows.tolist()]
-    if mesh.normals is not None:
-        normals = np.round(mesh.normals, 6).tolist()
-        lines += ["vn " + " ".join(f"{x:.6g}" for x in row) for row in normals]
-    word = "{0}//{0}" if mesh.normals is not None else "{0}"
-    for face in (mesh.faces + 1).tolist():
-        lines.append("f " + " ".join(word.format(at) for at in face))
-    return ("\n".join(lines) + "\n").encode()
-
-
-def _check(path: Path, raw: Ply) -> None:
+def _check(path: Path, raw: RawMesh) -> None:
     if not len(raw.vertices):
         raise FileError(path, "has no vertices")
     count = len(raw.vertices)
@@ -216,7 +169,7 @@ def _check(path: Path, raw: Ply) -> None:
         raise FileError(path, "a face names a vertex that is not there", right)
 
 
-def _unit(path: Path, raw: Ply, option: str | None, traps: list[str]) -> str:
+def _unit(path: Path, raw: RawMesh, option: str | None, traps: list[str]) -> str:
     """Return the file's unit, the one of a sensible size.
 
     Raises

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from handclean.arrays import Floats, Ints
 from handclean.errors import FileError
-from handclean.io.mesh.ply import Ply, as_bytes, triangles
+from handclean.io.mesh.raw import RawMesh, as_bytes, triangles
 
 _STL_HEAD, _STL_FACE = 84, 50
 _VERTEX = re.compile(rb"vertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", re.IGNORECASE)
 
 
-def parse_obj(path: Path, content: bytes) -> Ply:
+def parse_obj(path: Path, content: bytes) -> RawMesh:
     """Read the bytes of an OBJ file.
 
     Raises
@@ -54,7 +54,7 @@ def parse_obj(path: Path, content: bytes) -> Ply:
         normals = _normals(path, len(table), given, vertex, normal)
     else:
         normals = given if len(given) == len(table) else None
-    return Ply(
+    return RawMesh(
         vertices=table[:, :3],
         faces=triangles(_polygons(vertex, sizes)),
         normals=normals,
@@ -129,7 +129,7 @@ def _normals(
     return total / times[:, None]
 
 
-def parse_stl(path: Path, content: bytes) -> Ply:
+def parse_stl(path: Path, content: bytes) -> RawMesh:
     """Read the bytes of an STL file, text or numbers.
 
     Raises
@@ -159,12 +159,12 @@ def _rows(cells: list[bytes]) -> list[tuple[bytes, ...]]:
     return list(zip(cells[::3], cells[1::3], cells[2::3], strict=True))
 
 
-def _merged(corners: Floats, content: bytes) -> Ply:
+def _merged(corners: Floats, content: bytes) -> RawMesh:
     """Return an STL with every vertex once, in the order of their first use."""
     _, first, place = np.unique(corners, axis=0, return_index=True, return_inverse=True)
     rank = np.argsort(first)
     inverse: NDArray[Any] = np.argsort(rank)
-    return Ply(
+    return RawMesh(
         vertices=corners[first[rank]],
         faces=inverse[place.ravel()].reshape(-1, 3).astype(np.int64),
         normals=None,

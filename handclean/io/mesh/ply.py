@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handclean.arrays import Bytes, Floats, Ints
 from handclean.errors import FileError
+from handclean.io.mesh.raw import RawMesh, as_bytes, triangles
 
 _TYPES = {
     "char": "i1",
@@ -62,27 +62,7 @@ class _Element:
         return sum(np.dtype(p.count or p.kind).itemsize for p in self.properties)
 
 
-@dataclass(frozen=True)
-class Ply:
-    """What a PLY file holds.
-
-    Attributes
-    ----------
-    vertices : (V, 3) in the file's unit.
-    faces : (F, 3), polygons cut into triangles; F may be 0.
-    normals : (V, 3) or None.
-    colors : (V, 3) or None.
-    unit : as a comment says, or "".
-    """
-
-    vertices: Floats
-    faces: Ints
-    normals: Floats | None
-    colors: Bytes | None
-    unit: str
-
-
-def parse_ply(path: Path, content: bytes) -> Ply:
+def parse_ply(path: Path, content: bytes) -> RawMesh:
     """Read the bytes of a PLY file.
 
     Raises
@@ -98,7 +78,7 @@ def parse_ply(path: Path, content: bytes) -> Ply:
     vertex = columns.get("vertex")
     if vertex is None or not all(axis in vertex for axis in "xyz"):
         raise FileError(path, "has no vertices", "x, y and z of element vertex")
-    return Ply(
+    return RawMesh(
         vertices=_stacked(vertex, "xyz"),
         faces=_faces(path, columns.get("face", {})),
         normals=_normals(vertex),
@@ -304,82 +284,9 @@ def _colors(vertex: dict[str, Any]) -> Bytes | None:
     return None
 
 
-def as_bytes(colors: NDArray[Any]) -> Bytes:
-    """(V, 3) colours of any kind as 0 to 255; fractions count from 0 to 1."""
-    if colors.dtype == np.uint8:
-        return np.ascontiguousarray(colors)
-    values = np.nan_to_num(colors.astype(np.float64), posinf=0.0, neginf=0.0)
-    if colors.dtype == np.uint16:
-        values = values / 257.0
-    elif colors.dtype.kind == "f" and (not values.size or values.max() <= 1.0):
-        values = values * 255.0
-    out: Bytes = np.clip(np.rint(values), 0, 255).astype(np.uint8)
-    return out
-
-
 def _faces(path: Path, face: dict[str, Any]) -> Ints:
     """(F, 3) triangles; a polygon is cut into a fan."""
     name = next((name for name in _FACE_LISTS if name in face), "")
     if not name or not len(face[name]):
         return np.zeros((0, 3), dtype=np.int64)
     return triangles(face[name])
-
-
-def triangles(lists: NDArray[Any] | list[Any]) -> Ints:
-    """(F, 3) triangles of polygons, (N, S) or N lists, each cut into a fan."""
-    if not len(lists):
-        return np.zeros((0, 3), dtype=np.int64)
-    if not isinstance(lists, np.ndarray):
-        sizes = np.array([len(row) for row in lists])
-        parts = [
-            _fan(np.array([row for row in lists if len(row) == size]))
-            for size in np.unique(sizes)
-        ]
-        rank = np.argsort(np.repeat(*_fan_rows(sizes)), kind="stable")
-        return np.concatenate(parts)[rank]
-    return _fan(lists.reshape(len(lists), -1))
-
-
-def _fan_rows(sizes: Ints) -> tuple[Ints, Ints]:
-    """Places of the polygons, ordered by their size, and how many triangles each."""
-    by_size = np.argsort(sizes, kind="stable")
-    return by_size, np.maximum(sizes[by_size] - 2, 0)
-
-
-def _fan(polygons: NDArray[Any]) -> Ints:
-    """(N * (S - 2), 3) triangles of (N, S) polygons, in their order."""
-    size = polygons.shape[1]
-    if size < 3:
-        return np.zeros((0, 3), dtype=np.int64)
-    corners = [polygons[:, [0, k, k + 1]] for k in range(1, size - 1)]
-    fans = np.stack(corners, axis=1).reshape(-1, 3)
-    with np.errstate(invalid="ignore"):
-        out: Ints = fans.astype(np.int64)
-    return out
-
-
-def ply_bytes(
-    vertices: Floats, faces: Ints, normals: Floats | None, colors: Bytes | None
-) -> bytes:
-    """Return a binary PLY file of (V, 3) [m] vertices, with what else there is."""
-    fields = [(axis, "<f4") for axis in "xyz"]
-    if normals is not None:
-        fields += [(axis, "<f4") for axis in ("nx", "ny", "nz")]
-    if colors is not None:
-        fields += [(name, "u1") for name in ("red", "green", "blue")]
-    table = np.zeros(len(vertices), dtype=fields)
-    values = [part for part in (vertices, normals, colors) if part is not None]
-    for (name, _), column in zip(fields, np.hstack(values).T, strict=True):
-        table[name] = column
-    words = {"<f4": "float", "u1": "uchar"}
-    lines = ["ply", "format binary_little_endian 1.0", "comment unit m"]
-    lines += [f"element vertex {len(vertices)}"]
-    lines += [f"property {words[kind]} {name}" for name, kind in fields]
-    body = table.tobytes()
-    if len(faces):
-        lines += [f"element face {len(faces)}"]
-        lines += ["property list uchar int vertex_indices"]
-        rows = np.zeros(len(faces), dtype=[("count", "u1"), ("at", "<i4", (3,))])
-        rows["count"], rows["at"] = 3, faces
-        body += rows.tobytes()
-    return "\n".join([*lines, "end_header", ""]).encode() + body

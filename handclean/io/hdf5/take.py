@@ -1,0 +1,33 @@
+"""A session as readers of other formats hand over a take: with its unit and traps."""
+
+from pathlib import Path
+
+from handclean.io.hdf5.session import read_session
+from handclean.io.shared.reading import METRES, Reading, settle_rate, settle_unit
+from handclean.io.shared.rescale import rescaled
+
+
+def read_h5_take(
+    path: Path, *, rate_hz: float | None = None, unit: str | None = None
+) -> Reading:
+    """Read a session.
+
+    Parameters
+    ----------
+    rate_hz : must agree with the file.
+    unit : of its lengths, where they are not the metres that it says.
+
+    Raises
+    ------
+    FileError
+        If it is not a session, or damaged.
+    UsageError
+        If the rate contradicts the file, or the unit is none.
+    """
+    take = read_session(path)
+    settle_rate(path, take.rate, rate_hz)
+    traps: list[str] = []
+    length = settle_unit(path, "m", unit, traps)
+    if traps:
+        take = rescaled(take, METRES[length.lower()])
+    return Reading(recording=take, unit=length, traps=tuple(traps))
