@@ -51,11 +51,11 @@ LEARNT_FROM, JUDGED_ON = ("teapot2", "wineglass3"), ("cup1", "mug1")
 
 COUNTS = (4, 5, 6, 7, 8, 9, 10, 12, 14)
 TRIED = (4, 5, 6, 8, 10)
-TAKES = counted("takes to learn from", 36, quick=18, tiny=9)
-JUDGING = counted("takes to judge on", 18, quick=9, tiny=3)
+TAKES = counted("takes to learn from", 36, quick=12, tiny=9)
+JUDGING = counted("takes to judge on", 18, quick=6, tiny=3)
 DRAWS = counted("draws of wheatland", 5, quick=2)
 PARTICLES = counted("particles of a search", 1000, quick=300, tiny=50)
-JUDGE = EvaluateConfig(frames=counted("frames to judge on", 600, quick=300, tiny=40))
+JUDGE = EvaluateConfig(frames=counted("frames to judge on", 600, quick=200, tiny=40))
 TREE = template("right")
 SHARE = 0.95
 

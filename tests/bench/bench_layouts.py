@@ -43,7 +43,7 @@ SHARED = Path(__file__).parents[3] / "shared"
 DATA = Path(os.environ.get("HANDCLEAN_DATA", SHARED / "data"))
 PEERS = Path(os.environ.get("HANDCLEAN_PEERS", SHARED / "peers"))
 
-SEEDS = counted("seeds of figure 9", 50, quick=4, tiny=1)
+SEEDS = counted("seeds of figure 9", 50, quick=2, tiny=1)
 TIMES = counted("runs of which the fastest counts", 3, quick=1)
 PARTICLES = counted("particles", 1000, quick=1000, tiny=60)
 PRECISION = ("thumb_index", "thumb_2_finger", "tripod")

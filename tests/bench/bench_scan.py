@@ -52,7 +52,7 @@ from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig
 from handclean.subject.start import guess, scaled
 
-PEOPLE = counted("people", 20, quick=4)
+PEOPLE = counted("people", 20, quick=3)
 ROM_S = counted("seconds of a range-of-motion take", 40, quick=40, tiny=20)
 FRAMES = counted("frames that a hand is learnt from", 150, quick=100, tiny=30)
 SIMULATED = SimulateConfig(subjects=PEOPLE, trials=PEOPLE, side="right")
