@@ -30,8 +30,9 @@ def dense_shape_jacobian(model, pose):
     """(M, 3, N) by the kernel, spread over the shape's numbers."""
     body = body_for(model)
     room = bundle.make_room(body)
+    links = body.links
     place_links(
-        pose, body.parent, body.offset, body.axis, room.turn, room.origin, room.hinge
+        pose, links.parent, links.offset, links.axis, room.turn, room.origin, room.hinge
     )
     place_points(room.turn, room.origin, body.link, body.at, room.point)
     room.by_shape[:] = np.nan
@@ -39,16 +40,14 @@ def dense_shape_jacobian(model, pose):
         room.turn,
         room.origin,
         room.point,
-        body.parent,
+        links.parent,
         body.link,
-        body.tangents,
-        body.joint_up,
-        body.hinges,
+        body.packing,
         room.by_shape,
     )
     assert np.isfinite(room.by_shape).all()
     out = np.zeros((len(model.labels), 3, sum(sections(model))))
-    for m, columns in enumerate(body.column):
+    for m, columns in enumerate(body.packing.column):
         for c, at in enumerate(columns):
             if at >= 0:
                 out[m, :, at] += room.by_shape[m, :, c]

@@ -311,7 +311,7 @@ def _figures(
         "condition": _known(found.condition),
         "distance": _known(found.distance),
         "hidden": found.hidden,
-        "weights": found.weights.tolist(),
+        "weights": list(found.weights),
         "kappa": [_known(x) for x in found.kappa.tolist()],
         "smallest_mm": _known(1e3 * found.smallest_m),
         "weighed": found.weighed,

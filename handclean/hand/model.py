@@ -5,33 +5,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats, Ints, expect_shape
+from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import UnknownNameError
 from handclean.kernels import chain, rotations
+from handclean.kernels.chain import Links
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
-
-
-@dataclass(frozen=True)
-class Links:
-    """A joint tree as the kernels want it: the root and one link per hinge.
-
-    Attributes
-    ----------
-    parent : (D + 1,) parent link, -1 for link 0, the root.
-    offset : (D + 1, 3) [m] origin of each link in its parent's frame.
-    axis : (D + 1, 3) hinge axes; the root's is zero.
-    carries : (D + 1, D + 1) whether link i lies between link j and the root
-        (``carries[j, i]``, j itself included, the root's column false).
-    bone_link : (B,) the link each bone is part of.
-    bone_at : (B, 3) [m] where each bone's joint is in that link's frame.
-    """
-
-    parent: Ints
-    offset: Floats
-    axis: Floats
-    carries: Bools
-    bone_link: Ints
-    bone_at: Floats
 
 
 def links_of(tree: JointTree) -> Links:
@@ -112,9 +90,9 @@ class Model:
         )
 
 
-def workspace(model: Model) -> tuple[Floats, Floats, Floats]:
+def workspace(links: Links) -> tuple[Floats, Floats, Floats]:
     """Room for `chain.place_links`: turn, origin and column of every link."""
-    count = len(model.links.parent)
+    count = len(links.parent)
     return np.zeros((count, 3, 3)), np.zeros((count, 3)), np.zeros((count, 6))
 
 
@@ -129,18 +107,8 @@ def _places(links: Links, link: Ints, at: Floats, poses: Floats) -> Floats:
     count = len(links.parent)
     expect_shape("poses", poses, "T", POSE_HEAD + count - 1)
     out = np.zeros((len(poses), len(link), 3))
-    chain.place_markers(
-        np.ascontiguousarray(poses, dtype=np.float64),
-        links.parent,
-        links.offset,
-        links.axis,
-        link,
-        at,
-        np.zeros((count, 3, 3)),
-        np.zeros((count, 3)),
-        np.zeros((count, 6)),
-        out,
-    )
+    poses = np.ascontiguousarray(poses, dtype=np.float64)
+    chain.place_markers(poses, links, link, at, out)
     return out
 
 
@@ -173,7 +141,7 @@ def jacobian(model: Model, pose: Floats) -> Floats:
     origin (the pose's rotation becomes exp(omega) times itself), hinge angles.
     """
     links = model.links
-    turn, origin, column = workspace(model)
+    turn, origin, column = workspace(links)
     points = np.zeros((len(model.labels), 3))
     chain.place_links(
         pose, links.parent, links.offset, links.axis, turn, origin, column

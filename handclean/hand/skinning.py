@@ -16,9 +16,9 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
-from handclean.hand.model import Links, links_of
+from handclean.hand.model import links_of, workspace
 from handclean.hand.surface import Surface, rest_joints, vertex_normals
-from handclean.kernels import normals, skin
+from handclean.kernels import chain, normals, skin
 from handclean.numerics.triangles import box_tree, closest
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
@@ -52,32 +52,23 @@ def bone_transforms(tree: JointTree, poses: Floats) -> tuple[Floats, Floats]:
     ----------
     poses : (T, 7 + D)
     """
-    return _transforms(tree, links_of(tree), poses)[:2]
-
-
-def _transforms(
-    tree: JointTree, links: Links, poses: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Bone transforms, and the hinges' columns in the last pose."""
-    count = len(links.parent)
-    expect_shape("poses", poses, "T", POSE_HEAD + count - 1)
+    links = links_of(tree)
+    expect_shape("poses", poses, "T", POSE_HEAD + len(tree.hinges))
     turn = np.zeros((len(poses), len(tree.bones), 3, 3))
-    shift, column = np.zeros(turn.shape[:3]), np.zeros((count, 6))
-    skin.place_bones(
-        np.ascontiguousarray(poses, dtype=np.float64),
-        links.parent,
-        links.offset,
-        links.axis,
-        links.bone_link,
-        links.bone_at,
-        rest_joints(tree),
-        np.zeros((count, 3, 3)),
-        np.zeros((count, 3)),
-        column,
-        turn,
-        shift,
+    shift = np.zeros(turn.shape[:3])
+    poses = np.ascontiguousarray(poses, dtype=np.float64)
+    skin.place_bones(poses, links, rest_joints(tree), turn, shift)
+    return turn, shift
+
+
+def _skin_of(surface: Surface, rows: Ints | None = None) -> skin.Skin:
+    """Vertices of a surface, all if no rows are given, as the kernels want them."""
+    take = slice(None) if rows is None else rows
+    return skin.Skin(
+        vertices=np.ascontiguousarray(surface.vertices[take]),
+        bones=surface.bones[take],
+        weights=surface.weights[take],
     )
-    return turn, shift, column
 
 
 def _check(surface: Surface, tree: JointTree) -> None:
@@ -100,14 +91,7 @@ def posed(surface: Surface, tree: JointTree, poses: Floats) -> Floats:
     _check(surface, tree)
     turn, shift = bone_transforms(tree, poses)
     out = np.zeros((len(poses), len(surface.vertices), 3))
-    skin.skin_frames(
-        np.ascontiguousarray(surface.vertices),
-        surface.bones,
-        surface.weights,
-        turn,
-        shift,
-        out,
-    )
+    skin.place_vertices_of_frames(_skin_of(surface), turn, shift, out)
     return out
 
 
@@ -130,7 +114,7 @@ def unposed(surface: Surface, tree: JointTree, pose: Floats, places: Floats) -> 
     expect_shape("pose", pose, POSE_HEAD + len(tree.hinges))
     turn, shift = bone_transforms(tree, pose[None])
     mean = np.zeros((len(places), 3, 4))
-    skin.blend(surface.bones, surface.weights, turn[0], shift[0], mean)
+    skin.blend(_skin_of(surface), turn[0], shift[0], mean)
     flat = np.linalg.det(mean[:, :, :3]) < 1e-3
     if flat.any():
         raise HandcleanError(
@@ -157,21 +141,14 @@ def vertex_jacobian(
     links = links_of(tree)
     at_home = pose.copy()
     at_home[:3] = 0.0
-    turn, shift, column = _transforms(tree, links, at_home[None])
-    take = slice(None) if rows is None else rows
-    vertices = np.ascontiguousarray(surface.vertices[take])
-    out = np.zeros((len(vertices), 3, ROOT_DOFS + len(tree.hinges)))
-    skin.skin_jacobian(
-        vertices,
-        surface.bones[take],
-        surface.weights[take],
-        turn[0],
-        shift[0],
-        links.bone_link,
-        column,
-        links.carries,
-        out,
+    turn, shift = bone_transforms(tree, at_home[None])
+    link_turn, origin, column = workspace(links)
+    chain.place_links(
+        at_home, links.parent, links.offset, links.axis, link_turn, origin, column
     )
+    mesh = _skin_of(surface, rows)
+    out = np.zeros((len(mesh.vertices), 3, ROOT_DOFS + len(tree.hinges)))
+    skin.vertex_jacobian(mesh, turn[0], shift[0], links, column, out)
     return out
 
 

@@ -6,28 +6,52 @@ triangles ``starts[l]`` to ``starts[l + 1]``, in the tree's own order of triangl
 shape depends on the numbers alone; when the vertices move, the boxes are refitted.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
 
-PAD = 1e-9
-"""[m] boxes are this much too large on every side, more than rounding errors."""
+BOX_MARGIN_M = 1e-9
+"""Boxes are this much too large on every side, more than rounding errors."""
+
+
+class Boxes(NamedTuple):
+    """A tree of boxes for the vertices as they are."""
+
+    starts: Ints
+    """(L + 1,) first triangle of each leaf, and F."""
+    corners: Floats
+    """(F, 3, 3) [m] the triangles' corners, in the tree's order."""
+    ends: Floats
+    """(2 L, 6) [m] lower and upper ends of each node's box; row 0 is not used."""
 
 
 @jit
-def refit(
-    vertices: Floats, faces: Ints, starts: Ints, corners: Floats, boxes: Floats
-) -> None:
+def make_boxes(faces: Ints, starts: Ints) -> Boxes:
+    """Return a tree for `refit`.
+
+    Parameters
+    ----------
+    faces : (F, 3) in the tree's order.
+    starts : (L + 1,) first triangle of each leaf, and F.
+    """
+    corners = np.zeros((faces.shape[0], 3, 3))
+    return Boxes(starts, corners, np.zeros((2 * (starts.shape[0] - 1), 6)))
+
+
+@jit
+def refit(vertices: Floats, faces: Ints, tree: Boxes) -> None:
     """Write the triangles and the boxes around them.
 
     Parameters
     ----------
     vertices : (V, 3) [m]
     faces : (F, 3) in the tree's order.
-    starts : (L + 1,) first triangle of each leaf, and F.
-    corners : (F, 3, 3) [m] the triangles' corners, overwritten in full.
-    boxes : (2 L, 6) [m] lower and upper ends; row 0 is left alone, the others are
-        overwritten.
+    tree : its corners and ends are overwritten.
     """
+    starts, corners, boxes = tree.starts, tree.corners, tree.ends
     leaves = starts.shape[0] - 1
     for leaf in range(leaves):
         box = boxes[leaves + leaf]
@@ -39,8 +63,8 @@ def refit(
                 for n in range(3):
                     x = vertices[v, n]
                     corners[f, k, n] = x
-                    box[n] = min(box[n], x - PAD)
-                    box[3 + n] = max(box[3 + n], x + PAD)
+                    box[n] = min(box[n], x - BOX_MARGIN_M)
+                    box[3 + n] = max(box[3 + n], x + BOX_MARGIN_M)
     for node in range(leaves - 1, 0, -1):
         for n in range(3):
             boxes[node, n] = min(boxes[2 * node, n], boxes[2 * node + 1, n])

@@ -14,10 +14,31 @@ its rotation is updated as ``exp(omega) R``, so that no orientation is special.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.rotations import matrix_from_quaternion
+
+
+class Links(NamedTuple):
+    """A joint tree as the kernels want it: the root and one link per hinge."""
+
+    parent: Ints
+    """(D + 1,) parent link, -1 for link 0, the root."""
+    offset: Floats
+    """(D + 1, 3) [m] origin of each link in its parent's frame."""
+    axis: Floats
+    """(D + 1, 3) unit hinge axes; the root's is zero."""
+    carries: Bools
+    """(D + 1, D + 1) whether hinge link i lies between link j and the root,
+    ``carries[j, i]``; j itself included, the root's column false."""
+    bone_link: Ints
+    """(B,) the link each bone is part of."""
+    bone_at: Floats
+    """(B, 3) [m] where each bone's joint is in that link's frame."""
 
 
 @jit
@@ -103,27 +124,25 @@ def place_points(
 
 @jit
 def place_markers(
-    poses: Floats,
-    parent: Ints,
-    offset: Floats,
-    axis: Floats,
-    link: Ints,
-    at: Floats,
-    turn: Floats,
-    origin: Floats,
-    column: Floats,
-    out: Floats,
+    poses: Floats, links: Links, link: Ints, at: Floats, out: Floats
 ) -> None:
     """Write the laboratory places of points for many poses.
 
     Parameters
     ----------
-    poses : (T, 7 + D)
-    turn, origin, column : work space, as `place_links` writes them.
+    poses : (T, 7 + D) translation [m], quaternion, angles [rad].
+    links : the joint tree.
+    link : (M,) the link each point sits on.
+    at : (M, 3) [m] places in the links' frames.
     out : (T, M, 3) [m], overwritten in full.
     """
+    count = links.parent.shape[0]
+    turn, origin = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    column = np.zeros((count, 6))
     for t in range(poses.shape[0]):
-        place_links(poses[t], parent, offset, axis, turn, origin, column)
+        place_links(
+            poses[t], links.parent, links.offset, links.axis, turn, origin, column
+        )
         place_points(turn, origin, link, at, out[t])
         for m in range(link.shape[0]):
             for row in range(3):

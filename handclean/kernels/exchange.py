@@ -4,78 +4,117 @@ Layouts and energies are those of `handclean.kernels.layouts`.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
-from handclean.kernels.layouts import capped_condition, cheap_energy
-from handclean.kernels.nearest_vertex import nearest_point
+from handclean.kernels.layouts import (
+    Candidates,
+    capped_condition,
+    cheap_energy,
+    make_room,
+)
+from handclean.kernels.nearest_vertex import PointTree, make_waiting, nearest_point
+
+
+class Others(NamedTuple):
+    """A layout without one of its markers, and what it determines."""
+
+    layout: Ints
+    """(k - 1,) rows of the candidates."""
+    matrices: Floats
+    """(F, C (C + 1) / 2) [m^2] its matrices, lower triangles row by row."""
+    weak: Floats
+    """(F, C) their eigenvectors of the smallest eigenvalue."""
+    strong: Floats
+    """(F, C) their eigenvectors of the largest eigenvalue."""
+    smallest: Floats
+    """(F,) [m^2] the smallest eigenvalue, not below 0."""
+    largest: Floats
+    """(F,) [m^2] the largest eigenvalue."""
+
+
+class Steps(NamedTuple):
+    """What is drawn for I steps of annealing."""
+
+    heat: Floats
+    """(I,) temperature."""
+    marker: Floats
+    """(I,) between 0 and 1: which marker moves."""
+    anywhere: Floats
+    """(I,) between 0 and 1: to which candidate, if to any."""
+    luck: Floats
+    """(I,) u above 0 and up to 1, see `anneal`."""
+    away: Floats
+    """(I, 3) [m] how far it moves; NaN if to any candidate."""
+
+
+class Annealed(NamedTuple):
+    """How annealing ended."""
+
+    layout: Ints
+    """(k,) where it ended."""
+    energy: float
+    """There."""
+    best: Ints
+    """(k,) the best layout on the way."""
+    least: float
+    """Its energy."""
 
 
 @jit
 def best_exchange(
-    others: Ints,
-    base: Floats,
-    weak: Floats,
-    strong: Floats,
-    ends: Floats,
-    rows: Floats,
-    grams: Floats,
-    gaps: Floats,
-    hidden: Floats,
-    weights: Floats,
-    order: Ints,
-    bound: float,
-    size: int,
+    others: Others, rows: Floats, candidates: Candidates, order: Ints, bound: float
 ) -> tuple[int, float]:
     """Return the candidate that goes best with others, and the energy with it.
 
     Parameters
     ----------
-    others : (k - 1,) the other markers of the layout.
-    base : (F, C (C + 1) / 2) their matrices.
-    weak, strong : (F, C) eigenvectors of the others' matrices, of the smallest and the
-        largest eigenvalue; ends : (F, 2) those eigenvalues.
-    rows : (F, N, 3, C) the candidates' Jacobians.
+    others : the other markers of the layout.
+    rows : (F, N, 3, C) [m/rad] the candidates' Jacobians.
+    candidates : what energies are made of.
+    order : (F,) keyframes, those that decide most first.
     bound : only a candidate with less energy is looked for; -1 and ``bound`` if none.
-    size : C; the rest as in `layout_energy`.
     """
-    frames, few = grams.shape[1], others.shape[0]
-    total = np.zeros(grams.shape[2])
-    a, d, e = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-    least, unseen, share = math.inf, 0.0, weights[0] / frames
+    grams, gaps, hidden = candidates.grams, candidates.gaps, candidates.hidden
+    weights, layout = candidates.weights, others.layout
+    frames, few, size = grams.shape[1], layout.shape[0], candidates.columns
+    room = make_room(size)
+    total = room.total
+    least, unseen, share = math.inf, 0.0, weights.condition / frames
     for i in range(few):
-        unseen += hidden[others[i]]
+        unseen += hidden[layout[i]]
         for j in range(i):
-            least = min(least, gaps[others[i], others[j]])
+            least = min(least, gaps[layout[i], layout[j]])
     found, energy_found = -1, bound
     for v in range(grams.shape[0]):
         near, twice = least, False
         for i in range(few):
-            near = min(near, gaps[v, others[i]])
-            twice = twice or v == others[i]
+            near = min(near, gaps[v, layout[i]])
+            twice = twice or v == layout[i]
         if twice:
             continue
-        energy = weights[2] * (unseen + hidden[v]) / (few + 1)
+        energy = weights.hidden * (unseen + hidden[v]) / (few + 1)
         if few > 0:
-            energy -= weights[1] * near
-        if weights[0] == 0.0:
+            energy -= weights.distance * near
+        if weights.condition == 0.0:
             if energy < energy_found:
                 found, energy_found = v, energy
             continue
-        energy += weights[0]
+        energy += weights.condition
         at_least = energy
         for n in range(frames):
             if at_least >= energy_found:
                 break
-            low, high = ends[order[n], 0], ends[order[n], 1]
+            low, high = others.smallest[order[n]], others.largest[order[n]]
             for row in range(3):
                 along, across = 0.0, 0.0
                 for c in range(size):
                     value = rows[order[n], v, row, c]
-                    along += value * strong[order[n], c]
-                    across += value * weak[order[n], c]
+                    along += value * others.strong[order[n], c]
+                    across += value * others.weak[order[n], c]
                 high += along * along
                 low += across * across
             at_least += share * (high / low - 1.0) if low > 0.0 else math.inf
@@ -86,9 +125,9 @@ def best_exchange(
                 break
             f = order[n]
             for p in range(total.shape[0]):
-                total[p] = base[f, p] + grams[v, f, p]
+                total[p] = others.matrices[f, p] + grams[v, f, p]
             cap = 1.0 + (energy_found - energy) / share
-            energy += share * (capped_condition(total, cap, a, d, e) - 1.0)
+            energy += share * (capped_condition(room, cap) - 1.0)
         if energy < energy_found:
             found, energy_found = v, energy
     return found, energy_found
@@ -103,7 +142,7 @@ def most_determined(base: Floats, grams: Floats, least: float, size: int) -> int
 
     Parameters
     ----------
-    base : (F, C (C + 1) / 2) the matrices without it; grams : as in `layout_energy`.
+    base : (F, C (C + 1) / 2) the matrices without it; grams : as in `Candidates`.
     least : [m^2] what a direction of which nothing is known counts as; above 0.
     size : C
     """
@@ -131,22 +170,9 @@ def most_determined(base: Floats, grams: Floats, least: float, size: int) -> int
 
 @jit
 def anneal(
-    layout: Ints,
-    energy: float,
-    points: Floats,
-    axis: Ints,
-    cut: Floats,
-    grams: Floats,
-    gaps: Floats,
-    hidden: Floats,
-    weights: Floats,
-    heat: Floats,
-    draws: Floats,
-    steps: Floats,
-    size: int,
-    best: Ints,
-) -> tuple[float, float]:
-    """Anneal a layout, and write the best on the way; return their energies.
+    start: Ints, energy: float, tree: PointTree, candidates: Candidates, steps: Steps
+) -> Annealed:
+    """Anneal a layout.
 
     In each step one marker goes to another candidate: to the nearest one a random step
     away, or to any. The layout is taken if its energy is below the last one's plus
@@ -156,54 +182,49 @@ def anneal(
 
     Parameters
     ----------
-    layout : (k,) where to begin, overwritten; energy : of it, finite.
-    points : (N, 3) [m] candidates; axis, cut : (N,); as in `nearest_point`.
-    grams, gaps, hidden, weights : as in `layout_energy`.
-    heat : (I,) temperature of each step.
-    draws : (I, 3) random numbers between 0 and 1: which marker, which candidate, u.
-    steps : (I, 3) [m] random steps; NaN for any candidate.
-    size : C
-    best : (k,) overwritten.
+    start : (k,) rows of the candidates to begin with.
+    energy : of it, finite.
+    tree : the candidates.
+    candidates : what energies are made of.
+    steps : what was drawn.
     """
-    frames = grams.shape[1]
-    sums, total = np.zeros(grams.shape[1:]), np.zeros(grams.shape[2])
-    a, d, e = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-    stack, beyond = np.zeros((64, 2), dtype=np.int64), np.zeros(64)
-    order, share = np.arange(frames), weights[0] / frames
+    grams, points, away = candidates.grams, tree.points, steps.away
+    weight, frames = candidates.weights.condition, grams.shape[1]
+    sums, waiting = np.zeros(grams.shape[1:]), make_waiting()
+    room = make_room(candidates.columns)
+    total, layout, best = room.total, start.copy(), start.copy()
+    order, share = np.arange(frames), weight / frames
     for m in layout:
         sums += grams[m]
-    least, best[:] = energy, layout
-    for i in range(heat.shape[0]):
-        m = int(draws[i, 0] * layout.shape[0])
+    least = energy
+    for i in range(steps.heat.shape[0]):
+        m = int(steps.marker[i] * layout.shape[0])
         before = layout[m]
-        after = int(draws[i, 1] * points.shape[0])
-        if not math.isnan(steps[i, 0]):
+        after = int(steps.anywhere[i] * points.shape[0])
+        if not math.isnan(away[i, 0]):
             after = nearest_point(
-                points[before, 0] + steps[i, 0],
-                points[before, 1] + steps[i, 1],
-                points[before, 2] + steps[i, 2],
+                points[before, 0] + away[i, 0],
+                points[before, 1] + away[i, 1],
+                points[before, 2] + away[i, 2],
                 before,
-                points,
-                axis,
-                cut,
-                stack,
-                beyond,
+                tree,
+                waiting,
             )
         layout[m] = after
-        bound = energy - heat[i] * math.log(draws[i, 2])
-        new = cheap_energy(layout, gaps, hidden, weights)
+        bound = energy - steps.heat[i] * math.log(steps.luck[i])
+        new = cheap_energy(layout, candidates)
         if after == before or not new < math.inf:
             layout[m] = before
             continue
-        new += weights[0]
-        for n in range(frames if weights[0] != 0.0 else 0):
+        new += weight
+        for n in range(frames if weight != 0.0 else 0):
             if new >= bound:
                 break
             f = order[n]
             for p in range(total.shape[0]):
                 total[p] = sums[f, p] - grams[before, f, p] + grams[after, f, p]
             cap = 1.0 + (bound - new) / share
-            new += share * (capped_condition(total, cap, a, d, e) - 1.0)
+            new += share * (capped_condition(room, cap) - 1.0)
             if new >= bound:
                 for back in range(n, 0, -1):
                     order[back] = order[back - 1]
@@ -217,4 +238,4 @@ def anneal(
                 sums[f, p] += grams[after, f, p] - grams[before, f, p]
         if energy < least:
             least, best[:] = energy, layout
-    return energy, least
+    return Annealed(layout, energy, best, least)

@@ -14,12 +14,63 @@ a bound any more is left at once.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.conditions import condition
+
+
+class Weights(NamedTuple):
+    """How much each term of the energy counts."""
+
+    condition: float
+    """w1, of the mean condition number; without it none is looked at."""
+    distance: float
+    """w2, of the smallest squared distance."""
+    hidden: float
+    """w3, of what is not seen."""
+
+
+class Candidates(NamedTuple):
+    """N candidate places in F keyframes, with C columns of the Jacobian."""
+
+    grams: Floats
+    """(N, F, C (C + 1) / 2) [m^2] products J'J, lower triangles row by row."""
+    gaps: Floats
+    """(N, N) smallest squared distance over the keyframes, in hand lengths."""
+    hidden: Floats
+    """(N,) share of keyframes and directions in which each is not seen."""
+    weights: Weights
+    """How much each term counts."""
+    columns: int
+    """C"""
+
+
+class MatrixRoom(NamedTuple):
+    """Work space for one matrix."""
+
+    total: Floats
+    """(C (C + 1) / 2,) its lower triangle, row by row."""
+    square: Floats
+    """(C, C)"""
+    diagonal: Floats
+    """(C,)"""
+    beside: Floats
+    """(C,)"""
+
+
+@jit
+def make_room(columns: int) -> MatrixRoom:
+    """Return work space for a matrix of ``columns`` rows and columns."""
+    return MatrixRoom(
+        np.zeros(columns * (columns + 1) // 2),
+        np.zeros((columns, columns)),
+        np.zeros(columns),
+        np.zeros(columns),
+    )
 
 
 @jit
@@ -43,16 +94,15 @@ def smallest_gaps(places: Floats, out: Floats) -> None:
 
 
 @jit
-def capped_condition(
-    total: Floats, cap: float, a: Floats, d: Floats, e: Floats
-) -> float:
+def capped_condition(room: MatrixRoom, cap: float) -> float:
     """Return a matrix's condition number, or a smaller number that is ``cap`` or more.
 
     Parameters
     ----------
-    total : (C (C + 1) / 2,) lower triangle, row by row.
-    a : (C, C); d, e : (C,) work space.
+    room : its ``total`` is the matrix; the rest is work space.
+    cap : below it the condition number is exact.
     """
+    total, a, d, e = room.total, room.square, room.diagonal, room.beside
     high, low, at = 0.0, math.inf, 0
     for i in range(d.shape[0]):
         for j in range(i + 1):
@@ -67,13 +117,15 @@ def capped_condition(
 
 
 @jit
-def cheap_energy(layout: Ints, gaps: Floats, hidden: Floats, weights: Floats) -> float:
+def cheap_energy(layout: Ints, candidates: Candidates) -> float:
     """Return the energy's second and third term; infinite if a candidate comes twice.
 
     Parameters
     ----------
-    layout : (k,); gaps : (N, N); hidden : (N,); weights : (3,) w1, w2, w3.
+    layout : (k,) rows of the candidates.
+    candidates : what their energy is made of.
     """
+    gaps, hidden, weights = candidates.gaps, candidates.hidden, candidates.weights
     k = layout.shape[0]
     least, unseen = math.inf, 0.0
     for i in range(k):
@@ -82,44 +134,34 @@ def cheap_energy(layout: Ints, gaps: Floats, hidden: Floats, weights: Floats) ->
             if layout[i] == layout[j]:
                 return math.inf
             least = min(least, gaps[layout[i], layout[j]])
-    energy = weights[2] * unseen / k
+    energy = weights.hidden * unseen / k
     if k > 1:
-        energy -= weights[1] * least
+        energy -= weights.distance * least
     return float(energy)
 
 
 @jit
 def layout_energy(
-    layout: Ints,
-    grams: Floats,
-    gaps: Floats,
-    hidden: Floats,
-    weights: Floats,
-    order: Ints,
-    bound: float,
-    kappa: Floats,
-    total: Floats,
-    a: Floats,
-    d: Floats,
-    e: Floats,
+    layout: Ints, candidates: Candidates, order: Ints, bound: float, room: MatrixRoom
 ) -> float:
     """Return a layout's energy, or a smaller number that is ``bound`` or more.
 
     Parameters
     ----------
-    layout : (k,) candidates.
-    grams : (N, F, C (C + 1) / 2); gaps : (N, N); hidden : (N,)
-    weights : (3,) w1, w2, w3; without w1 no condition number is looked at.
+    layout : (k,) rows of the candidates.
+    candidates : what their energy is made of.
     order : (F,) keyframes, those that decide most first.
-    kappa : (F,) condition numbers, overwritten as far as they were needed.
-    total : (C (C + 1) / 2,); a : (C, C); d, e : (C,) work space.
+    bound : below it the energy is exact.
+    room : work space.
     """
-    energy = cheap_energy(layout, gaps, hidden, weights)
-    if weights[0] == 0.0 or not energy < math.inf:
+    grams, weight = candidates.grams, candidates.weights.condition
+    total = room.total
+    energy = cheap_energy(layout, candidates)
+    if weight == 0.0 or not energy < math.inf:
         return float(energy)
     frames, size = grams.shape[1], total.shape[0]
-    share = weights[0] / frames
-    energy += weights[0]  # all condition numbers at 1
+    share = weight / frames
+    energy += weight  # all condition numbers at 1
     for n in range(frames):
         f = order[n]
         if energy >= bound:
@@ -129,8 +171,8 @@ def layout_energy(
         for m in range(1, layout.shape[0]):
             for p in range(size):
                 total[p] += grams[layout[m], f, p]
-        kappa[f] = capped_condition(total, 1.0 + (bound - energy) / share, a, d, e)
-        energy += share * (kappa[f] - 1.0)
+        kappa = capped_condition(room, 1.0 + (bound - energy) / share)
+        energy += share * (kappa - 1.0)
     return float(energy)
 
 
@@ -140,15 +182,17 @@ def conditions(layouts: Ints, grams: Floats, size: int, out: Floats) -> None:
 
     Parameters
     ----------
-    layouts : (S, k); grams : (N, F, C (C + 1) / 2); size : C
+    layouts : (S, k) rows of the candidates.
+    grams : (N, F, C (C + 1) / 2) [m^2] as in `Candidates`.
+    size : C
     out : (S, F), overwritten in full.
     """
-    total = np.zeros(grams.shape[2])
-    a, d, e = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    room = make_room(size)
+    total = room.total
     for s in range(layouts.shape[0]):
         for f in range(grams.shape[1]):
             total[:] = 0.0
             for m in range(layouts.shape[1]):
                 for p in range(total.shape[0]):
                     total[p] += grams[layouts[s, m], f, p]
-            out[s, f] = capped_condition(total, math.inf, a, d, e)
+            out[s, f] = capped_condition(room, math.inf)

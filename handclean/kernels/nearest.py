@@ -6,8 +6,27 @@ Of many it is found by going down a tree of boxes, the nearer box first, and lea
 boxes that are farther away than the best triangle so far.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
+from handclean.kernels.boxes import Boxes
+
+
+class Feet(NamedTuple):
+    """The points of a mesh that are closest to P points."""
+
+    face: Ints
+    """(P,) the triangle each lies on, in the tree's order."""
+    share: Floats
+    """(P, 3) barycentric coordinates in it."""
+    square: Floats
+    """(P,) [m^2] squared distances."""
+
+
+_DEEPEST = 64  # nodes that wait in a search; every level of the tree adds one
 
 
 @jit
@@ -77,27 +96,19 @@ def box_square(p: Floats, box: Floats) -> float:
 
 
 @jit
-def closest_on_mesh(
-    points: Floats,
-    corners: Floats,
-    starts: Ints,
-    boxes: Floats,
-    stack: Ints,
-    share: Floats,
-    face: Ints,
-    shares: Floats,
-    square: Floats,
-) -> None:
-    """Write the point of a mesh that is closest to each point.
+def closest_on_mesh(points: Floats, tree: Boxes) -> Feet:
+    """Return the point of a mesh that is closest to each point.
 
     Parameters
     ----------
     points : (P, 3) [m]
-    corners, starts, boxes : as written by `boxes.refit`.
-    stack : (64,); share : (3,) work space.
-    face : (P,) the triangle, in the tree's order; shares : (P, 3) barycentric
-        coordinates; square : (P,) [m^2] squared distances; overwritten in full.
+    tree : the triangles.
     """
+    starts, corners, boxes = tree.starts, tree.corners, tree.ends
+    count = points.shape[0]
+    face, square = np.zeros(count, dtype=np.int64), np.zeros(count)
+    shares, share = np.zeros((count, 3)), np.zeros(3)
+    stack = np.zeros(_DEEPEST, dtype=np.int64)
     leaves = starts.shape[0] - 1
     for i in range(points.shape[0]):
         p = points[i]
@@ -125,3 +136,4 @@ def closest_on_mesh(
                     square[i], face[i] = away, f
                     for n in range(3):
                         shares[i, n] = share[n]
+    return Feet(face, shares, square)

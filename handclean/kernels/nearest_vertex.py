@@ -5,34 +5,62 @@ of the first half lies above the cut, none of the second below. A range of few p
 searched through.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
 
-FEW = 8
-"""A range of at most so many points is not split."""
+UNSPLIT_POINTS = 8
+"""A range of at most so many points is not split (chosen for speed alone: any number
+finds the same distance)."""
+
+DEEPEST = 64
+"""Ranges that wait in a search; every halving adds one, so 2^64 points fit."""
+
+
+class PointTree(NamedTuple):
+    """N points sorted so that every range falls into halves."""
+
+    points: Floats
+    """(N, 3) [m] in the tree's order."""
+    axis: Ints
+    """(N,) at the middle of a range: the axis along which it is halved."""
+    cut: Floats
+    """(N,) [m] at the middle of a range: where along that axis."""
+
+
+class Waiting(NamedTuple):
+    """Work space of a search: ranges that are still to be looked at."""
+
+    ranges: Ints
+    """(64, 2) first and last row."""
+    beyond: Floats
+    """(64,) [m^2] squared distance of each from the point, or less."""
+
+
+@jit
+def make_waiting() -> Waiting:
+    """Return work space for `nearest_point`."""
+    return Waiting(np.zeros((DEEPEST, 2), dtype=np.int64), np.zeros(DEEPEST))
 
 
 @jit
 def nearest_point(
-    x: float,
-    y: float,
-    z: float,
-    start: int,
-    points: Floats,
-    axis: Ints,
-    cut: Floats,
-    stack: Ints,
-    beyond: Floats,
+    x: float, y: float, z: float, start: int, tree: PointTree, waiting: Waiting
 ) -> int:
     """Return the nearest point's row in the tree's order; of equals any.
 
     Parameters
     ----------
+    x, y, z : [m] what the point should be near to.
     start : a row that is probably near.
-    points : (N, 3) in the tree's order; axis, cut : (N,) at
-        the middle of a range: along what and where it falls into halves.
-    stack : (64, 2); beyond : (64,) work space.
+    tree : the points.
+    waiting : work space.
     """
+    points, axis, cut = tree.points, tree.axis, tree.cut
+    stack, beyond = waiting.ranges, waiting.beyond
     best = start
     least = (points[start, 0] - x) ** 2
     least += (points[start, 1] - y) ** 2 + (points[start, 2] - z) ** 2
@@ -42,7 +70,7 @@ def nearest_point(
         first, last = stack[height, 0], stack[height, 1]
         if beyond[height] >= least:
             continue
-        while last - first > FEW:
+        while last - first > UNSPLIT_POINTS:
             middle = (first + last) // 2
             which = axis[middle]
             here = x if which == 0 else (y if which == 1 else z)

@@ -13,31 +13,27 @@ slowly, so that it stays in or out for its whole length.
 
 import math
 
+import numpy as np
+
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
-from handclean.kernels.boxes import refit
+from handclean.kernels.boxes import Boxes, make_boxes, refit
 from handclean.kernels.normals import vertex_normals
 
 _ACROSS = 1e300  # [1/m] in place of 1 / 0
 
 
 @jit
-def meets(
-    p: Floats,
-    q: Floats,
-    skip: float,
-    corners: Floats,
-    starts: Ints,
-    boxes: Floats,
-) -> bool:
+def meets(p: Floats, q: Floats, skip: float, tree: Boxes) -> bool:
     """Whether the segment from p to q meets a triangle, its two ends left out.
 
     Parameters
     ----------
     p, q : (3,) [m]
     skip : [m] how much of the segment does not count, at either end.
-    corners, starts, boxes : as in `boxes.refit`.
+    tree : the triangles.
     """
+    starts, corners, boxes = tree.starts, tree.corners, tree.ends
     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     size = math.sqrt(dx * dx + dy * dy + dz * dz)
     if not size > 2.0 * skip:
@@ -118,9 +114,6 @@ def hide_behind_mesh(
     starts: Ints,
     skip: float,
     swell: float,
-    corners: Floats,
-    boxes: Floats,
-    normals: Floats,
     out: Bools,
 ) -> None:
     """Take out of a camera's sight the markers that stand behind a mesh.
@@ -129,23 +122,23 @@ def hide_behind_mesh(
     ----------
     markers : (T, M, 3) [m]
     cameras : (C, 3) [m]
-    vertices : (T, V, 3) [m] of the mesh; overwritten by the swollen mesh.
-    faces : (F, 3); starts : (L + 1,) as in `boxes.refit`.
+    vertices : (T, V, 3) [m] of the mesh.
+    faces, starts : (F, 3), (L + 1,) as in `boxes.make_boxes`.
     skip : [m] as in `meets`.
     swell : [m] how far the vertices are moved along their normals first.
-    corners, boxes, normals : (F, 3, 3), (2 L, 6), (V, 3) work space.
     out : (T, M, C) what is seen so far; what the mesh hides is taken out.
     """
+    tree, normals = make_boxes(faces, starts), np.zeros((vertices.shape[1], 3))
+    swollen = np.zeros((vertices.shape[1], 3))
     for t in range(markers.shape[0]):
+        swollen[:] = vertices[t]
         if swell != 0.0:
-            vertex_normals(vertices[t], faces, normals)
+            vertex_normals(swollen, faces, normals)
             for v in range(normals.shape[0]):
                 for n in range(3):
-                    vertices[t, v, n] += swell * normals[v, n]
-        refit(vertices[t], faces, starts, corners, boxes)
+                    swollen[v, n] += swell * normals[v, n]
+        refit(swollen, faces, tree)
         for m in range(markers.shape[1]):
             for c in range(cameras.shape[0]):
                 if out[t, m, c]:
-                    out[t, m, c] = not meets(
-                        markers[t, m], cameras[c], skip, corners, starts, boxes
-                    )
+                    out[t, m, c] = not meets(markers[t, m], cameras[c], skip, tree)

@@ -17,8 +17,25 @@ A marker depends on few of these numbers: those of the joints between it and the
 Its columns are kept packed, with the number each belongs to beside them.
 """
 
+from typing import NamedTuple
+
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
+
+
+class Packing(NamedTuple):
+    """Which numbers of a hand's shape each of M markers depends on."""
+
+    tangents: Floats
+    """(D + 1, 3, 2) two unit vectors across each link's axis, in the axis' frame."""
+    joint_up: Ints
+    """(M, A) for each joint between marker and root the link it belongs to; -1 past
+    the end."""
+    hinges: Ints
+    """(M, H) links of the hinges between marker and root; -1 past the end."""
+    column: Ints
+    """(M, 3 + 3 A + 2 H) the number of the shape behind each packed column of the
+    marker; -1 past the end."""
 
 
 @jit
@@ -28,9 +45,7 @@ def shape_jacobian(
     points: Floats,
     parent: Ints,
     link: Ints,
-    tangents: Floats,
-    joint_up: Ints,
-    hinges: Ints,
+    packing: Packing,
     out: Floats,
 ) -> None:
     """Write the derivative of markers by joint offsets, hinge axes and their places.
@@ -41,14 +56,12 @@ def shape_jacobian(
     points : (M, 3) [m] markers relative to the root's origin.
     parent : (D + 1,) parent of each link.
     link : (M,) link each marker sits on.
-    tangents : (D + 1, 3, 2) two unit vectors across each axis, in the axis' frame.
-    joint_up : (M, A) for each joint between marker and root the link it belongs to;
-        -1 past the end.
-    hinges : (M, H) links of the hinges between marker and root; -1 past the end.
+    packing : what each marker depends on.
     out : (M, 3, 3 + 3 A + 2 H) [1, m/rad]
         By the place, by each joint's offset, by each hinge's two tilts; zero past the
         end. Overwritten in full.
     """
+    tangents, joint_up, hinges = packing.tangents, packing.joint_up, packing.hinges
     joints, turns = joint_up.shape[1], hinges.shape[1]
     for m in range(points.shape[0]):
         out[m] = 0.0

@@ -11,39 +11,47 @@ with ``a x q + c v``, where q and c are the sums of w_k p_k and w_k over the bon
 the hinge carries.
 """
 
-from handclean.arrays import Bools, Floats, Ints
+from typing import NamedTuple
+
+import numpy as np
+
+from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
-from handclean.kernels.chain import place_links
+from handclean.kernels.chain import Links, place_links
+
+
+class Skin(NamedTuple):
+    """V vertices in the zero posture, and the bones that carry them."""
+
+    vertices: Floats
+    """(V, 3) [m]"""
+    bones: Ints
+    """(V, 4) bones of each vertex, in the order of their weights."""
+    weights: Floats
+    """(V, 4) largest first, sum 1."""
 
 
 @jit
 def place_bones(
-    poses: Floats,
-    parent: Ints,
-    offset: Floats,
-    axis: Floats,
-    link: Ints,
-    at: Floats,
-    rest: Floats,
-    turn: Floats,
-    origin: Floats,
-    column: Floats,
-    out_turn: Floats,
-    out_shift: Floats,
+    poses: Floats, links: Links, rest: Floats, out_turn: Floats, out_shift: Floats
 ) -> None:
     """Write each bone's R and s for many poses.
 
     Parameters
     ----------
-    poses, parent, offset, axis, turn, origin, column : as in `chain.place_markers`;
-        the last three are work space, left as the last pose has them.
-    link : (B,) the link each bone is part of.
-    at : (B, 3) [m] where each bone's joint is in that link's frame.
+    poses : (T, 7 + D) translation [m], quaternion, angles [rad].
+    links : the joint tree.
     rest : (B, 3) [m] where each bone's joint is in the zero posture.
-    out_turn : (T, B, 3, 3); out_shift : (T, B, 3) [m], overwritten in full.
+    out_turn : (T, B, 3, 3) R, overwritten in full.
+    out_shift : (T, B, 3) [m] s, overwritten in full.
     """
+    link, at, count = links.bone_link, links.bone_at, links.parent.shape[0]
+    turn, origin = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    column = np.zeros((count, 6))
     for t in range(poses.shape[0]):
-        place_links(poses[t], parent, offset, axis, turn, origin, column)
+        place_links(
+            poses[t], links.parent, links.offset, links.axis, turn, origin, column
+        )
         for b in range(link.shape[0]):
             i = link[b]
             x, y, z = (
@@ -64,24 +72,17 @@ def place_bones(
 
 
 @jit
-def skin(
-    vertices: Floats,
-    bones: Ints,
-    weights: Floats,
-    turn: Floats,
-    shift: Floats,
-    out: Floats,
-) -> None:
+def place_vertices(mesh: Skin, turn: Floats, shift: Floats, out: Floats) -> None:
     """Write where the vertices go.
 
     Parameters
     ----------
-    vertices : (V, 3) [m] in the zero posture.
-    bones : (V, 4); weights : (V, 4) largest first, sum 1.
+    mesh : the vertices in the zero posture, their bones and weights.
     turn : (B, 3, 3) rotation R of each bone.
     shift : (B, 3) [m] s of each bone.
     out : (V, 3) [m], overwritten in full.
     """
+    vertices, bones, weights = mesh.vertices, mesh.bones, mesh.weights
     for v in range(vertices.shape[0]):
         x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
         b = bones[v, 0]
@@ -117,36 +118,34 @@ def skin(
 
 
 @jit
-def skin_frames(
-    vertices: Floats,
-    bones: Ints,
-    weights: Floats,
-    turn: Floats,
-    shift: Floats,
-    out: Floats,
+def place_vertices_of_frames(
+    mesh: Skin, turn: Floats, shift: Floats, out: Floats
 ) -> None:
     """Write where the vertices go in T frames.
 
     Parameters
     ----------
-    turn : (T, B, 3, 3); shift : (T, B, 3) [m]; the rest as in `skin`.
+    mesh : the vertices in the zero posture, their bones and weights.
+    turn : (T, B, 3, 3) rotation R of each bone.
+    shift : (T, B, 3) [m] s of each bone.
     out : (T, V, 3) [m], overwritten in full.
     """
     for t in range(turn.shape[0]):
-        skin(vertices, bones, weights, turn[t], shift[t], out[t])
+        place_vertices(mesh, turn[t], shift[t], out[t])
 
 
 @jit
-def blend(
-    bones: Ints, weights: Floats, turn: Floats, shift: Floats, out: Floats
-) -> None:
+def blend(mesh: Skin, turn: Floats, shift: Floats, out: Floats) -> None:
     """Write the mean transform of each vertex.
 
     Parameters
     ----------
-    bones, weights : (V, 4); turn : (B, 3, 3); shift : (B, 3) [m]
+    mesh : its bones and weights count, its vertices do not.
+    turn : (B, 3, 3) rotation R of each bone.
+    shift : (B, 3) [m] s of each bone.
     out : (V, 3, 4) the mean of R and, last, of s [m]; overwritten in full.
     """
+    bones, weights = mesh.bones, mesh.weights
     for v in range(bones.shape[0]):
         out[v] = 0.0
         for k in range(bones.shape[1]):
@@ -160,27 +159,22 @@ def blend(
 
 
 @jit
-def skin_jacobian(
-    vertices: Floats,
-    bones: Ints,
-    weights: Floats,
-    turn: Floats,
-    shift: Floats,
-    link: Ints,
-    column: Floats,
-    carries: Bools,
-    out: Floats,
+def vertex_jacobian(
+    mesh: Skin, turn: Floats, shift: Floats, links: Links, column: Floats, out: Floats
 ) -> None:
     """Write the derivative of the vertices by the root's motion and all hinge angles.
 
     Parameters
     ----------
-    vertices, bones, weights, turn : as in `skin`.
-    shift : (B, 3) [m] such that places are relative to the root's origin.
-    link : (B,) the link each bone is part of.
-    column, carries : as in `chain.marker_jacobian`.
+    mesh : the vertices in the zero posture, their bones and weights.
+    turn : (B, 3, 3) rotation R of each bone.
+    shift : (B, 3) [m] s of each bone, of places relative to the root's origin.
+    links : the joint tree.
+    column : (D + 1, 6) hinge columns, as `chain.place_links` writes them.
     out : (V, 3, 6 + D) [1, m/rad], overwritten in full.
     """
+    vertices, bones, weights = mesh.vertices, mesh.bones, mesh.weights
+    link, carries = links.bone_link, links.carries
     for v in range(vertices.shape[0]):
         out[v] = 0.0
         for row in range(3):

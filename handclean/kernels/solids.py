@@ -16,13 +16,40 @@ first order near the surface: k (k - 1) / g with k = |p / axes| and g = |p / axe
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 
 BOX, CYLINDER, ELLIPSOID = 0, 1, 2
 
-_GOLDEN = 0.6180339887498949
+_GOLDEN = 0.6180339887498949  # (sqrt(5) - 1) / 2, of the search by golden section
+
+
+class Capsules(NamedTuple):
+    """L capsules in T frames."""
+
+    start: Floats
+    """(T, L, 3) [m] one end of each segment."""
+    stop: Floats
+    """(T, L, 3) [m] the other end."""
+    radius: Floats
+    """(L,) [m]"""
+
+
+class Solids(NamedTuple):
+    """O solids in T frames."""
+
+    frames: Floats
+    """(T, O, 3, 4) where they are, as in `into_frame`."""
+    kinds: Ints
+    """(O,) 0, 1 or 2."""
+    sizes: Floats
+    """(O, 4) [m] as above."""
+    reach: Floats
+    """(O,) [m] radius of a ball around each."""
 
 
 @jit
@@ -167,50 +194,39 @@ def passes_near(p: Floats, q: Floats, centre: Floats, reach: float) -> bool:
 def is_blocked(
     marker: Floats,
     camera: Floats,
-    start: Floats,
-    stop: Floats,
-    radius: Floats,
-    frames: Floats,
-    kinds: Ints,
-    sizes: Floats,
-    reach: Floats,
+    t: int,
+    capsules: Capsules,
+    solids: Solids,
     room: Floats,
 ) -> bool:
     """Whether a capsule or solid stands between a marker and a camera.
 
     Parameters
     ----------
-    start, stop : (L, 3) [m]; frames : (O, 3, 4); the rest as in `sightlines`.
-    reach : (O,) [m] radius of a ball around each solid.
+    marker, camera : (3,) [m]
+    t : in which frame.
+    capsules, solids : what may be in the way.
     room : (3, 3) work space.
     """
+    start, stop, radius = capsules.start[t], capsules.stop[t], capsules.radius
+    frames, kinds = solids.frames[t], solids.kinds
     for k in range(radius.shape[0]):
         if segments_distance(marker, camera, start[k], stop[k]) < radius[k]:
             return True
     for o in range(kinds.shape[0]):
         for n in range(3):
             room[0, n] = frames[o, n, 3]
-        if passes_near(marker, camera, room[0], reach[o]):
+        if passes_near(marker, camera, room[0], solids.reach[o]):
             into_frame(marker, frames[o], room[1])
             into_frame(camera, frames[o], room[2])
-            if segment_meets_solid(room[1], room[2], kinds[o], sizes[o]):
+            if segment_meets_solid(room[1], room[2], kinds[o], solids.sizes[o]):
                 return True
     return False
 
 
 @jit
 def sightlines(
-    markers: Floats,
-    cameras: Floats,
-    start: Floats,
-    stop: Floats,
-    radius: Floats,
-    frames: Floats,
-    kinds: Ints,
-    sizes: Floats,
-    reach: Floats,
-    room: Floats,
-    out: Bools,
+    markers: Floats, cameras: Floats, capsules: Capsules, solids: Solids, out: Bools
 ) -> None:
     """Write which cameras see which markers past capsules and solids.
 
@@ -221,28 +237,15 @@ def sightlines(
     ----------
     markers : (T, M, 3) [m]
     cameras : (C, 3) [m]
-    start, stop : (T, L, 3) [m] ends of L capsules.
-    radius : (L,) [m]
-    frames : (T, O, 3, 4) frames of O solids, as in `into_frame`.
-    kinds : (O,); sizes : (O, 4) [m]
-    reach : (O,) [m] radius of a ball around each solid, which is looked at first.
-    room : (3, 3) work space.
+    capsules, solids : what may be in the way.
     out : (T, M, C), overwritten in full.
     """
+    room = np.zeros((3, 3))
     for t in range(markers.shape[0]):
         for m in range(markers.shape[1]):
             for c in range(cameras.shape[0]):
                 out[t, m, c] = not is_blocked(
-                    markers[t, m],
-                    cameras[c],
-                    start[t],
-                    stop[t],
-                    radius,
-                    frames[t],
-                    kinds,
-                    sizes,
-                    reach,
-                    room,
+                    markers[t, m], cameras[c], t, capsules, solids, room
                 )
 
 

@@ -3,25 +3,43 @@
 Layouts and energies are those of `handclean.kernels.layouts`.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
-from handclean.kernels.layouts import layout_energy
-from handclean.kernels.nearest_vertex import nearest_point
+from handclean.kernels.layouts import Candidates, layout_energy, make_room
+from handclean.kernels.nearest_vertex import PointTree, make_waiting, nearest_point
+
+
+class Swarm(NamedTuple):
+    """S particles, each a layout of k markers; all of it changes as they move."""
+
+    now: Ints
+    """(S, k) candidates on which the markers are."""
+    velocity: Floats
+    """(S, k, 3) [m] by what each marker moved last."""
+    best: Ints
+    """(S, k) where each particle had its least energy."""
+    energy: Floats
+    """(S,) that least energy."""
+
+
+class Pull(NamedTuple):
+    """Constants of equation 10."""
+
+    constriction: float
+    """w, by which every movement is multiplied."""
+    own: float
+    """c1, to where the particle was best."""
+    common: float
+    """c2, to where any particle was best."""
 
 
 @jit
 def swarm_move(
-    points: Floats,
-    axis: Ints,
-    cut: Floats,
-    now: Ints,
-    best: Ints,
-    leader: Ints,
-    velocity: Floats,
-    draws: Floats,
-    pull: Floats,
+    tree: PointTree, swarm: Swarm, leader: Ints, draws: Floats, pull: Pull
 ) -> None:
     """Move all particles, each of their markers to the nearest candidate.
 
@@ -29,68 +47,44 @@ def swarm_move(
 
     Parameters
     ----------
-    points : (N, 3) [m] candidates; axis, cut : (N,); as in `nearest_point`.
-    now : (S, k) where the particles are; overwritten.
-    best : (S, k) where each was best; leader : (k,) where any was.
-    velocity : (S, k, 3) [m] overwritten.
+    tree : the candidates.
+    swarm : its places and velocities are overwritten.
+    leader : (k,) where any particle was best.
     draws : (S, 2) random numbers r1, r2 between 0 and 1.
-    pull : (3,) w, c1, c2.
+    pull : constants.
     """
-    stack, beyond = np.zeros((64, 2), dtype=np.int64), np.zeros(64)
+    points, now, velocity, best = tree.points, swarm.now, swarm.velocity, swarm.best
+    waiting = make_waiting()
     to = np.zeros(3)
     for s in range(now.shape[0]):
-        own, common = pull[1] * draws[s, 0], pull[2] * draws[s, 1]
+        own, common = pull.own * draws[s, 0], pull.common * draws[s, 1]
         for m in range(now.shape[1]):
             here, mine, ours = now[s, m], best[s, m], leader[m]
             for n in range(3):
                 at = points[here, n]
                 step = velocity[s, m, n] + own * (points[mine, n] - at)
-                to[n] = at + pull[0] * (step + common * (points[ours, n] - at))
-            there = nearest_point(
-                to[0], to[1], to[2], here, points, axis, cut, stack, beyond
-            )
+                to[n] = at + pull.constriction * (
+                    step + common * (points[ours, n] - at)
+                )
+            there = nearest_point(to[0], to[1], to[2], here, tree, waiting)
             now[s, m] = there
             for n in range(3):
                 velocity[s, m, n] = points[there, n] - points[here, n]
 
 
 @jit
-def swarm_judge(
-    now: Ints,
-    best: Ints,
-    energies: Floats,
-    grams: Floats,
-    gaps: Floats,
-    hidden: Floats,
-    weights: Floats,
-    order: Ints,
-    size: int,
-) -> None:
+def swarm_judge(swarm: Swarm, candidates: Candidates, order: Ints) -> None:
     """Weigh all particles, and keep where each was best.
 
     Parameters
     ----------
-    now : (S, k); best : (S, k) overwritten where now is better.
-    energies : (S,) of the best, overwritten where now is better.
-    size : C, the columns of the Jacobian; the rest as in `layout_energy`.
+    swarm : best place and energy are overwritten where a particle now is better.
+    candidates : what energies are made of.
+    order : (F,) keyframes, those that decide most first.
     """
-    kappa, total = np.zeros(grams.shape[1]), np.zeros(grams.shape[2])
-    a, d, e = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-    for s in range(now.shape[0]):
-        energy = layout_energy(
-            now[s],
-            grams,
-            gaps,
-            hidden,
-            weights,
-            order,
-            energies[s],
-            kappa,
-            total,
-            a,
-            d,
-            e,
-        )
-        if energy < energies[s]:
-            energies[s] = energy
-            best[s] = now[s]
+    room = make_room(candidates.columns)
+    for s in range(swarm.now.shape[0]):
+        energy = layout_energy(swarm.now[s], candidates, order, swarm.energy[s], room)
+        if energy < swarm.energy[s]:
+            swarm.energy[s] = energy
+            swarm.best[s] = swarm.now[s]

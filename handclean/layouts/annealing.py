@@ -21,9 +21,10 @@ import numpy as np
 
 from handclean.arrays import Ints
 from handclean.hand.template import HAND_LENGTH
+from handclean.kernels.exchange import Steps
 from handclean.kernels.exchange import anneal as anneal_kernel
 from handclean.layouts.greedy import built_up, exchanged
-from handclean.layouts.objective import energies, weights_of
+from handclean.layouts.objective import candidates_of, energies
 from handclean.layouts.particles import point_tree
 from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch, random_layouts
@@ -91,38 +92,24 @@ def _annealed(
     log: Log,
 ) -> Ints:
     """Anneal a layout of finite energy; return the best on the way."""
-    tree = point_tree(problem.home)
-    rank = np.argsort(tree.order)
-    now, found, best = rank[layout], rank[layout], rank[layout]
+    rows, tree = point_tree(problem.home)
+    now = best = np.argsort(rows)[layout]
     energy = least = log.least
     count = settings.particles * settings.iterations // (2 * BLOCKS)
     reach = STEP_M * problem.length_m / HAND_LENGTH
     heats = scale * np.geomspace(HOT, COLD, count * BLOCKS).reshape(BLOCKS, count)
-    grams = np.ascontiguousarray(problem.grams[tree.order])
-    gaps = np.ascontiguousarray(problem.gaps[np.ix_(tree.order, tree.order)])
+    candidates = candidates_of(problem, settings, rows)
     for heat in heats:
-        steps = rng.normal(0.0, reach, (count, 3))
-        steps[rng.random(count) < FAR] = np.nan
-        energy, lowest = anneal_kernel(
-            now,
-            energy,
-            tree.points,
-            tree.axis,
-            tree.cut,
-            grams,
-            gaps,
-            problem.hidden[tree.order],
-            weights_of(settings),
-            heat,
-            1.0 - rng.random((count, 3)),
-            steps,
-            len(problem.columns),
-            found,
-        )
-        if lowest < least:
-            best, least = found.copy(), lowest
+        away = rng.normal(0.0, reach, (count, 3))
+        away[rng.random(count) < FAR] = np.nan
+        marker, anywhere, luck = np.ascontiguousarray(1.0 - rng.random((count, 3)).T)
+        steps = Steps(heat, marker, anywhere, luck, away)
+        found = anneal_kernel(now, energy, tree, candidates, steps)
+        now, energy = found.layout, found.energy
+        if found.least < least:
+            best, least = found.best, found.least
         log.note(count, least)
-    return tree.order[best]
+    return rows[best]
 
 
 def _kicked(

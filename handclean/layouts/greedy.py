@@ -14,8 +14,8 @@ u, w its condition number is at least (w'Aw + |J_v w|^2) / (u'Au + |J_v u|^2).
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.kernels.exchange import best_exchange, most_determined
-from handclean.layouts.objective import energies, weights_of
+from handclean.kernels.exchange import Others, best_exchange, most_determined
+from handclean.layouts.objective import candidates_of, energies
 from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch
 from handclean.layouts.settings import LayoutConfig
@@ -81,21 +81,17 @@ def exchange(
     size = len(problem.columns)
     base: Floats = problem.grams[others].sum(axis=0)
     values, vectors = np.linalg.eigh(unpacked(base, size))
-    return best_exchange(
-        np.ascontiguousarray(others, dtype=np.int64),
-        base,
-        np.ascontiguousarray(vectors[:, :, 0]),
-        np.ascontiguousarray(vectors[:, :, -1]),
-        np.maximum(values[:, [0, -1]], 0.0),
-        problem.jacobian,
-        problem.grams,
-        problem.gaps,
-        problem.hidden,
-        weights_of(settings),
-        np.argsort(values[:, 0] / values[:, -1].clip(1e-300), kind="stable"),
-        bound,
-        size,
+    known = Others(
+        layout=np.ascontiguousarray(others, dtype=np.int64),
+        matrices=base,
+        weak=np.ascontiguousarray(vectors[:, :, 0]),
+        strong=np.ascontiguousarray(vectors[:, :, -1]),
+        smallest=np.maximum(values[:, 0], 0.0),
+        largest=np.maximum(values[:, -1], 0.0),
     )
+    worst_first = np.argsort(values[:, 0] / values[:, -1].clip(1e-300), kind="stable")
+    candidates = candidates_of(problem, settings)
+    return best_exchange(known, problem.jacobian, candidates, worst_first, bound)
 
 
 def unpacked(low: Floats, size: int) -> Floats:

@@ -23,6 +23,7 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints, expect_shape
 from handclean.kernels import layouts as kernels
+from handclean.kernels.layouts import Candidates, Weights
 from handclean.layouts.problem import Problem
 from handclean.layouts.settings import LayoutConfig
 
@@ -48,9 +49,35 @@ class Energies:
     smallest_m: Floats
 
 
-def weights_of(settings: LayoutConfig) -> Floats:
-    """(3,) w1, w2, w3."""
-    return np.array([settings.w1, settings.w2, settings.visibility])
+def weights_of(settings: LayoutConfig) -> Weights:
+    """Return how much each term counts."""
+    return Weights(
+        condition=settings.w1, distance=settings.w2, hidden=settings.visibility
+    )
+
+
+def candidates_of(
+    problem: Problem, settings: LayoutConfig, order: Ints | None = None
+) -> Candidates:
+    """Return the candidates as the kernels want them.
+
+    Parameters
+    ----------
+    settings : w1, w2, visibility.
+    order : (N,) in which order; their own if None.
+    """
+    grams, gaps, hidden = problem.grams, problem.gaps, problem.hidden
+    if order is not None:
+        grams = np.ascontiguousarray(grams[order])
+        gaps = np.ascontiguousarray(gaps[np.ix_(order, order)])
+        hidden = hidden[order]
+    return Candidates(
+        grams=grams,
+        gaps=gaps,
+        hidden=hidden,
+        weights=weights_of(settings),
+        columns=len(problem.columns),
+    )
 
 
 def energies(problem: Problem, layouts: Ints, settings: LayoutConfig) -> Energies:

@@ -7,6 +7,7 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.errors import HandcleanError
+from handclean.kernels.layouts import Weights
 from handclean.layouts.annealing import anneal
 from handclean.layouts.greedy import greedy
 from handclean.layouts.objective import energies, weights_of
@@ -46,7 +47,7 @@ class Layout:
     energy, condition, distance, hidden : the energy and its three terms, the terms
         without weights; the energy is infinite if the layout leaves something
         undetermined (only layouts that were not searched for do).
-    weights : (3,) of the terms.
+    weights : how much each term counts.
     kappa : (F,) condition number in each keyframe.
     smallest_m : [m] smallest distance of two markers in any keyframe; infinite of one.
     weighed : how many layouts were weighed.
@@ -62,7 +63,7 @@ class Layout:
     condition: float
     distance: float
     hidden: float
-    weights: Floats
+    weights: Weights
     kappa: Floats
     smallest_m: float
     weighed: int

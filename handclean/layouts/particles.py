@@ -10,54 +10,37 @@ joint angles, one of them is built up greedily: without it the swarm is pulled n
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.kernels import swarm as kernels
-from handclean.kernels.nearest_vertex import FEW
+from handclean.kernels.nearest_vertex import UNSPLIT_POINTS, PointTree
 from handclean.layouts.greedy import built_up
-from handclean.layouts.objective import energies, weights_of
+from handclean.layouts.objective import candidates_of, energies
 from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch, random_layouts
 from handclean.layouts.settings import LayoutConfig
 
-C1, C2 = 2.8, 1.3
-"""Pull to a particle's own best and to the best of all."""
+PULL_TO_OWN_BEST, PULL_TO_BEST_OF_ALL = 2.8, 1.3
+"""c1 and c2: what Carlisle and Dozier (2001) recommend."""
 
-_PSI = C1 + C2
+_PSI = PULL_TO_OWN_BEST + PULL_TO_BEST_OF_ALL
 CONSTRICTION = 2.0 / abs(2.0 - _PSI - math.sqrt(_PSI**2 - 4.0 * _PSI))
 """w of Clerc and Kennedy (2002): 0.73."""
 
 PERTURB_EVERY = 3
+"""Iterations from one random change to the next."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class PointTree:
-    """N points as `handclean.kernels.nearest_vertex` wants them.
-
-    Attributes
-    ----------
-    order : (N,) rows of the points, in the tree's order.
-    points : (N, 3) in the tree's order.
-    axis, cut : (N,) at the middle of a range: along what and where it is halved.
-    """
-
-    order: Ints
-    points: Floats
-    axis: Ints
-    cut: Floats
-
-
-def point_tree(points: Floats) -> PointTree:
-    """Sort (N, 3) points into a tree."""
+def point_tree(points: Floats) -> tuple[Ints, PointTree]:
+    """Sort (N, 3) points into a tree; return (N,) their rows in its order, and it."""
     order = np.arange(len(points))
     axis, cut = np.zeros(len(points), dtype=np.int64), np.zeros(len(points))
     ranges = [(0, len(points))]
     while ranges:
         first, last = ranges.pop()
-        if last - first <= FEW:
+        if last - first <= UNSPLIT_POINTS:
             continue
         part = order[first:last]
         which = int(np.ptp(points[part], axis=0).argmax())
@@ -65,9 +48,7 @@ def point_tree(points: Floats) -> PointTree:
         middle = (first + last) // 2
         axis[middle], cut[middle] = which, points[order[middle], which]
         ranges += [(first, middle), (middle, last)]
-    return PointTree(
-        order=order, points=np.ascontiguousarray(points[order]), axis=axis, cut=cut
-    )
+    return order, PointTree(np.ascontiguousarray(points[order]), axis, cut)
 
 
 def swarm(
@@ -87,54 +68,39 @@ def swarm(
     """
     if start is None:
         start = random_layouts(problem, settings.markers, settings.particles, rng)
-    tree = point_tree(problem.home)
-    rank = np.argsort(tree.order)
+    rows, tree = point_tree(problem.home)
+    rank = np.argsort(rows)
     if np.isinf(energies(problem, start, settings).total).all():
         start = np.vstack([start[1:], built_up(problem, settings)])
     now = np.ascontiguousarray(rank[start])
-    best, velocity = now.copy(), np.zeros((*now.shape, 3))
-    least = np.full(len(now), np.inf)
-    weights, pull = weights_of(settings), np.array([CONSTRICTION, C1, C2])
-    grams = np.ascontiguousarray(problem.grams[tree.order])
-    gaps = np.ascontiguousarray(problem.gaps[np.ix_(tree.order, tree.order)])
-    hidden, size = problem.hidden[tree.order], len(problem.columns)
-    order = np.arange(grams.shape[1])
+    best, least = now.copy(), np.full(len(now), np.inf)
+    particles = kernels.Swarm(now, np.zeros((*now.shape, 3)), best, least)
+    pull = kernels.Pull(CONSTRICTION, PULL_TO_OWN_BEST, PULL_TO_BEST_OF_ALL)
+    candidates = candidates_of(problem, settings, rows)
     log, stopped, since = Log(watch), "iterations", 0
-    kernels.swarm_judge(now, best, least, grams, gaps, hidden, weights, order, size)
+    kernels.swarm_judge(particles, candidates, np.arange(len(problem.places)))
     leader = int(least.argmin())
     log.note(len(now), float(least[leader]))
     for turn in range(1, settings.iterations + 1):
-        order = _worst_first(problem, tree, best[leader], settings)
-        kernels.swarm_move(
-            tree.points,
-            tree.axis,
-            tree.cut,
-            now,
-            best,
-            best[leader].copy(),
-            velocity,
-            rng.random((len(now), 2)),
-            pull,
-        )
+        order = _worst_first(problem, rows[best[leader]], settings)
+        draws = rng.random((len(now), 2))
+        kernels.swarm_move(tree, particles, best[leader].copy(), draws, pull)
         if turn % PERTURB_EVERY == 0:
             _perturb(now, len(tree.points), rng)
         before = least[leader]
-        kernels.swarm_judge(now, best, least, grams, gaps, hidden, weights, order, size)
+        kernels.swarm_judge(particles, candidates, order)
         leader = int(least.argmin())
         log.note(len(now), float(least[leader]))
         since = 0 if least[leader] < before else since + 1
         if since >= settings.patience:
             stopped = f"no better layout in {since} iterations"
             break
-    layout = tree.order[best[leader]]
-    return Found(layout=layout, history=log.history(), stopped=stopped)
+    return Found(layout=rows[best[leader]], history=log.history(), stopped=stopped)
 
 
-def _worst_first(
-    problem: Problem, tree: PointTree, layout: Ints, settings: LayoutConfig
-) -> Ints:
+def _worst_first(problem: Problem, layout: Ints, settings: LayoutConfig) -> Ints:
     """(F,) keyframes, those first in which a layout has its largest kappa."""
-    kappa = energies(problem, tree.order[layout][None], settings).kappa[0]
+    kappa = energies(problem, layout[None], settings).kappa[0]
     return np.argsort(-kappa, kind="stable")
 
 

@@ -82,14 +82,6 @@ def box_tree(vertices: Floats, faces: Ints) -> BoxTree:
     )
 
 
-def _boxes(tree: BoxTree, vertices: Floats) -> tuple[Floats, Floats]:
-    """(F, 3, 3), (2 L, 6) [m] corners and boxes of a tree for these vertices."""
-    corners = np.zeros((len(tree.faces), 3, 3))
-    boxes = np.zeros((2 * (len(tree.starts) - 1), 6))
-    box_kernels.refit(vertices, tree.faces, tree.starts, corners, boxes)
-    return corners, boxes
-
-
 def closest(
     vertices: Floats, faces: Ints, points: Floats, tree: BoxTree | None = None
 ) -> Feet:
@@ -103,25 +95,15 @@ def closest(
     expect_shape("points", points, "P", 3)
     tree = box_tree(vertices, faces) if tree is None else tree
     points = np.ascontiguousarray(points, dtype=np.float64)
-    corners, boxes = _boxes(tree, np.ascontiguousarray(vertices, dtype=np.float64))
-    face = np.zeros(len(points), dtype=np.int64)
-    share, square = np.zeros((len(points), 3)), np.zeros(len(points))
-    nearest.closest_on_mesh(
-        points,
-        corners,
-        tree.starts,
-        boxes,
-        np.zeros(64, dtype=np.int64),
-        np.zeros(3),
-        face,
-        share,
-        square,
-    )
+    boxes = box_kernels.make_boxes(tree.faces, tree.starts)
+    vertices = np.ascontiguousarray(vertices, dtype=np.float64)
+    box_kernels.refit(vertices, tree.faces, boxes)
+    feet = nearest.closest_on_mesh(points, boxes)
     return Feet(
-        face=tree.which[face],
-        share=share,
-        places=np.einsum("pk,pkn->pn", share, corners[face]),
-        distance=np.sqrt(square),
+        face=tree.which[feet.face],
+        share=feet.share,
+        places=np.einsum("pk,pkn->pn", feet.share, boxes.corners[feet.face]),
+        distance=np.sqrt(feet.square),
     )
 
 
@@ -150,14 +132,11 @@ def hidden_behind(
     rays.hide_behind_mesh(
         np.ascontiguousarray(markers),
         np.ascontiguousarray(cameras),
-        np.array(vertices, dtype=np.float64, order="C"),
+        np.ascontiguousarray(vertices, dtype=np.float64),
         tree.faces,
         tree.starts,
         skip_m,
         swell_m,
-        np.zeros((len(tree.faces), 3, 3)),
-        np.zeros((2 * (len(tree.starts) - 1), 6)),
-        np.zeros(vertices.shape[1:]),
         seen,
     )
     return ~seen

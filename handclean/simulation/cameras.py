@@ -89,19 +89,18 @@ def _past_solids(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Boo
     for n, body in enumerate(things):
         placed[:, n] = body.frames
     out = np.zeros((frames, count, len(rig.places)), dtype=bool)
-    solids.sightlines(
-        markers,
-        rig.places,
-        np.ascontiguousarray(start),
-        np.ascontiguousarray(stop),
-        person.flesh.radius[forearm] + SHADE,
-        placed,
-        kinds,
-        sizes,
-        np.linalg.norm(sizes[:, :3], axis=1) + sizes[:, 3],
-        np.zeros((3, 3)),
-        out,
+    capsules = solids.Capsules(
+        start=np.ascontiguousarray(start),
+        stop=np.ascontiguousarray(stop),
+        radius=person.flesh.radius[forearm] + SHADE,
     )
+    objects = solids.Solids(
+        frames=placed,
+        kinds=kinds,
+        sizes=sizes,
+        reach=np.linalg.norm(sizes[:, :3], axis=1) + sizes[:, 3],
+    )
+    solids.sightlines(markers, rig.places, capsules, objects, out)
     return out
 
 

@@ -35,6 +35,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.hand.model import Model, marker_positions
 from handclean.kernels import bundle
+from handclean.kernels.bundle import Eliminated, Measured
 from handclean.subject.shape import Expectation, PosePrior, Shape, pose_numbers, prior
 
 MEDIAN_OF_NORMS = 1.5382
@@ -229,8 +230,8 @@ def _settle(
 
 def _cost(problem: Problem, shape: Shape, poses: Floats, weights: _Weights) -> float:
     body = weights.pose_prior.body(shape.model)
-    room, each = bundle.make_room(body), np.zeros(len(poses))
-    bundle.costs(poses, problem.targets, weights.marker, weights.soft, body, room, each)
+    measured = Measured(problem.targets, weights.marker, weights.soft)
+    each = bundle.costs(poses, measured, body, bundle.make_room(body))
     errors, _ = prior(shape, problem.template, problem.expect, problem.tilt_rad)
     return float(each.sum()) + weights.prior * float(errors @ errors)
 
@@ -241,14 +242,12 @@ class _Equations:
 
     Attributes
     ----------
-    lower, reduced, rest : of every frame, as `bundle.eliminate` writes them.
+    frames : of every frame, its pose eliminated.
     diagonal : (N,) of the shape's equations before the poses were eliminated.
     schur, slope : (N, N), (N,) after.
     """
 
-    lower: Floats
-    reduced: Floats
-    rest: Floats
+    frames: Eliminated
     diagonal: Floats
     schur: Floats
     slope: Floats
@@ -260,9 +259,7 @@ class _Equations:
 
     def followed(self, poses: Floats, step: Floats) -> Floats:
         """(T, 7 + D) the poses after the steps that go with a step of the shape."""
-        after = np.zeros(poses.shape)
-        bundle.follow(poses, self.lower, self.reduced, self.rest, step, after)
-        return after
+        return bundle.follow(poses, self.frames, step)
 
 
 def _equations(
@@ -270,35 +267,18 @@ def _equations(
 ) -> _Equations:
     """Linearise and eliminate the poses; ``damping`` is theirs."""
     body = weights.pose_prior.body(shape.model)
-    frames, size = len(poses), pose_numbers(shape.model)
     errors, rows = prior(shape, problem.template, problem.expect, problem.tilt_rad)
     numbers = rows.shape[1]
-    lower = np.zeros((frames, size, size))
-    reduced = np.zeros((frames, size, numbers))
-    rest = np.zeros((frames, size, 1))
-    square, slope = np.zeros((numbers, numbers)), np.zeros(numbers)
-    bundle.eliminate(
-        poses,
-        problem.targets,
-        weights.marker,
-        weights.soft,
-        damping,
-        body,
-        bundle.make_room(body),
-        lower,
-        reduced,
-        rest,
-        square,
-        slope,
+    measured = Measured(problem.targets, weights.marker, weights.soft)
+    frames = bundle.eliminate(
+        poses, measured, damping, body, bundle.make_room(body), numbers
     )
-    square += weights.prior * rows.T @ rows
-    slope -= weights.prior * rows.T @ errors
-    flat = reduced.reshape(-1, numbers)
+    square = frames.square + weights.prior * rows.T @ rows
+    slope = frames.slope - weights.prior * rows.T @ errors
+    flat = frames.reduced.reshape(-1, numbers)
     return _Equations(
-        lower=lower,
-        reduced=reduced,
-        rest=rest,
+        frames=frames,
         diagonal=np.diag(square).copy(),
         schur=square - flat.T @ flat,
-        slope=slope - flat.T @ rest.ravel(),
+        slope=slope - flat.T @ frames.rest.ravel(),
     )

@@ -24,7 +24,8 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.hand.model import Model
-from handclean.kernels.bundle import Body
+from handclean.kernels.bundle import Body, PoseBounds
+from handclean.kernels.shape import Packing
 from handclean.tree import ROOT_DOFS
 
 SIZES = 2
@@ -140,20 +141,16 @@ def body_of(
     across = np.zeros((len(links.parent), 3, 2))
     across[1:] = tangents(tree.axes)
     return Body(
-        parent=links.parent,
-        offset=links.offset,
-        axis=links.axis,
-        carries=links.carries,
+        links=links,
         link=model.link,
         at=model.link_at,
-        tangents=across,
-        joint_up=_padded(joint_up),
-        hinges=_padded(turns),
-        column=column.astype(np.int64),
-        centre=centre,
-        hold=hold,
-        limits=limits,
-        bound=bound,
+        packing=Packing(
+            tangents=across,
+            joint_up=_padded(joint_up),
+            hinges=_padded(turns),
+            column=column.astype(np.int64),
+        ),
+        prior=PoseBounds(centre=centre, hold=hold, limits=limits, bound=bound),
     )
 
 

@@ -79,7 +79,8 @@ def skinning_row(name, surface, turn, shift):
     """Times of one surface."""
     parts = surface.vertices, surface.bones, surface.weights, turn, shift
     out = np.empty((len(turn), *surface.vertices.shape))
-    ours = best(lambda: skin.skin_frames(*parts, out))
+    mesh = skin.Skin(*parts[:3])
+    ours = best(lambda: skin.place_vertices_of_frames(mesh, turn, shift, out))
     left, right = matrices(*parts)
     product = np.empty((len(left), right.shape[1]))
     frame = [

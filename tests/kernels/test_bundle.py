@@ -41,23 +41,14 @@ def dense_equations(model, body, poses, targets, weights, soft):
     for f, pose in enumerate(poses):
         for d, q in enumerate(pose[7:]):
             at = size * f + 6 + d
-            square[at, at] += body.hold[d]
-            slope[at] += body.hold[d] * (body.centre[d] - q)
+            square[at, at] += body.prior.hold[d]
+            slope[at] += body.prior.hold[d] * (body.prior.centre[d] - q)
     return square, slope
 
 
 def eliminated(body, poses, targets, weights, soft, damping, numbers):
-    frames, size = len(poses), poses.shape[1] - 1
-    out = {
-        "lower": np.full((frames, size, size), np.nan),
-        "reduced": np.full((frames, size, numbers), np.nan),
-        "rest": np.full((frames, size, 1), np.nan),
-        "square": np.full((numbers, numbers), np.nan),
-        "slope": np.full(numbers, np.nan),
-    }
-    room = bundle.make_room(body)
-    bundle.eliminate(poses, targets, weights, soft, damping, body, room, *out.values())
-    return out
+    measured, room = bundle.Measured(targets, weights, soft), bundle.make_room(body)
+    return bundle.eliminate(poses, measured, damping, body, room, numbers)
 
 
 def test_the_cost_falls_along_the_slope_as_the_slope_says(rng):
@@ -90,13 +81,11 @@ def test_the_eliminated_step_equals_the_step_of_the_whole_system(rng):
     soft, numbers = 0.02**-2, sum(sections(model))
     part = eliminated(body, poses, targets, weights, soft, 0.0, numbers)
     stiff = 1e4 * np.eye(numbers)  # stands for the prior of the shape
-    flat = part["reduced"].reshape(-1, numbers)
-    schur = part["square"] + stiff - flat.T @ flat
-    slope = part["slope"] - flat.T @ part["rest"].ravel()
+    flat = part.reduced.reshape(-1, numbers)
+    schur = part.square + stiff - flat.T @ flat
+    slope = part.slope - flat.T @ part.rest.ravel()
     step = np.linalg.solve(schur, slope)
-    after = np.full(poses.shape, np.nan)
-    parts = (part["lower"], part["reduced"], part["rest"])
-    bundle.follow(poses, *parts, step, after)
+    after = bundle.follow(poses, part, step)
 
     square, whole = dense_equations(model, body, poses, targets, weights, soft)
     square[-numbers:, -numbers:] += stiff
@@ -148,9 +137,7 @@ def test_damping_shortens_the_step_of_a_pose(rng):
     lengths = []
     for damping in (0.0, 1.0, 100.0):
         part = eliminated(body, poses, targets, weights, 0.0, damping, numbers)
-        after = np.zeros(poses.shape)
-        parts = (part["lower"], part["reduced"], part["rest"])
-        bundle.follow(poses, *parts, still, after)
+        after = bundle.follow(poses, part, still)
         lengths.append(np.linalg.norm(after[:, 7:] - poses[:, 7:]))
     assert lengths[0] > lengths[1] > lengths[2]
 
@@ -163,5 +150,5 @@ def test_no_marker_of_weight_zero_enters_any_equation(rng):
     want = eliminated(body, poses, targets, weights, 0.0, 0.0, numbers)
     targets[:, 2] = 1e6
     got = eliminated(body, poses, targets, weights, 0.0, 0.0, numbers)
-    for name in want:
-        np.testing.assert_array_equal(got[name], want[name])
+    for one, other in zip(got, want, strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -30,7 +30,7 @@ def blended(vertices, bones, weights, turn, shift):
 def test_vertices_go_to_the_mean_of_what_their_bones_say(rng):
     vertices, bones, weights, turn, shift = some_skin(rng)
     out = np.full((3, 60, 3), np.nan)
-    skin.skin_frames(vertices, bones, weights, turn, shift, out)
+    skin.place_vertices_of_frames(skin.Skin(vertices, bones, weights), turn, shift, out)
     for t in range(3):
         want = blended(vertices, bones, weights, turn[t], shift[t])
         np.testing.assert_allclose(out[t], want, atol=1e-14)
@@ -39,16 +39,17 @@ def test_vertices_go_to_the_mean_of_what_their_bones_say(rng):
 def test_a_bone_without_weight_is_not_even_looked_up(rng):
     vertices, bones, weights, turn, shift = some_skin(rng)
     want, got = np.full((2, 60, 3), np.nan)
-    skin.skin(vertices, bones, weights, turn[0], shift[0], want)
+    mesh = skin.Skin(vertices, bones, weights)
+    skin.place_vertices(mesh, turn[0], shift[0], want)
     wild = np.where(weights > 0.0, bones, 10**6)
-    skin.skin(vertices, wild, weights, turn[0], shift[0], got)
+    skin.place_vertices(mesh._replace(bones=wild), turn[0], shift[0], got)
     np.testing.assert_array_equal(got, want)
 
 
 def test_the_mean_transform_carries_vertices_where_skinning_does(rng):
     vertices, bones, weights, turn, shift = some_skin(rng)
     mean = np.full((60, 3, 4), np.nan)
-    skin.blend(bones, weights, turn[0], shift[0], mean)
+    skin.blend(skin.Skin(vertices, bones, weights), turn[0], shift[0], mean)
     got = np.einsum("vij,vj->vi", mean[:, :, :3], vertices) + mean[:, :, 3]
     want = blended(vertices, bones, weights, turn[0], shift[0])
     np.testing.assert_allclose(got, want, atol=1e-14)

@@ -114,10 +114,9 @@ def test_cameras_see_what_no_point_of_the_line_of_sight_denies(rng):
     kind, size = np.array([0, 2]), np.array([SOLIDS[0][1], SOLIDS[3][1]])
     got = np.ones((3, 6, 5), dtype=bool)
     reach = np.linalg.norm(size[:, :3], axis=1) + size[:, 3]
-    room = np.zeros((3, 3))
-    solids.sightlines(
-        markers, cameras, start, stop, radius, frames, kind, size, reach, room, got
-    )
+    capsules = solids.Capsules(start, stop, radius)
+    things = solids.Solids(frames, kind, size, reach)
+    solids.sightlines(markers, cameras, capsules, things, got)
     doubtful = 0
     for t, m, c in np.ndindex(got.shape):
         line = dense(markers[t, m], cameras[c], 3001)

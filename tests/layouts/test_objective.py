@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from handclean.kernels.exchange import best_exchange
-from handclean.kernels.layouts import layout_energy
+from handclean.kernels.exchange import Others, best_exchange
+from handclean.kernels.layouts import layout_energy, make_room
 from handclean.layouts.greedy import exchange, unpacked
-from handclean.layouts.objective import energies, weights_of
+from handclean.layouts.objective import candidates_of, energies
 from handclean.layouts.problem import make_problem
 from handclean.layouts.search import random_layouts
 
@@ -46,24 +46,11 @@ def settings_of(few, weights):
 
 
 def weigh(problem, layout, settings, bound=math.inf, order=None):
-    """The compiled energy of one layout, and its condition numbers."""
-    size, frames = len(problem.columns), len(problem.places)
-    kappa = np.zeros(frames)
-    found = layout_energy(
-        np.asarray(layout),
-        problem.grams,
-        problem.gaps,
-        problem.hidden,
-        weights_of(settings),
-        np.arange(frames) if order is None else order,
-        bound,
-        kappa,
-        np.zeros(problem.grams.shape[2]),
-        np.zeros((size, size)),
-        np.zeros(size),
-        np.zeros(size),
-    )
-    return found, kappa
+    """The compiled energy of one layout."""
+    order = np.arange(len(problem.places)) if order is None else order
+    candidates = candidates_of(problem, settings)
+    room = make_room(len(problem.columns))
+    return layout_energy(np.asarray(layout), candidates, order, bound, room)
 
 
 @pytest.mark.parametrize("weights", WEIGHTS)
@@ -77,7 +64,7 @@ def test_it_is_what_the_equations_say(judged, few, rng, weights, markers):
     assert sane.any()
     np.testing.assert_allclose(found.total[sane], true[sane], rtol=1e-6)
     for n in np.flatnonzero(sane):
-        assert weigh(judged, layouts[n], settings)[0] == pytest.approx(found.total[n])
+        assert weigh(judged, layouts[n], settings) == pytest.approx(found.total[n])
 
 
 def test_terms_add_up_and_distances_are_metres(judged, few, rng):
@@ -96,9 +83,9 @@ def test_terms_add_up_and_distances_are_metres(judged, few, rng):
 def test_a_bound_only_cuts_what_reaches_it(judged, few, rng, share):
     settings = settings_of(few, WEIGHTS[3])
     for layout in random_layouts(judged, 5, 40, rng):
-        full, _ = weigh(judged, layout, settings)
+        full = weigh(judged, layout, settings)
         bound = share * min(full, 1e6)
-        cut, _ = weigh(judged, layout, settings, bound, rng.permutation(4))
+        cut = weigh(judged, layout, settings, bound, rng.permutation(4))
         if full < bound:
             assert cut == pytest.approx(full, rel=1e-9)
         else:
@@ -112,7 +99,7 @@ def test_a_marker_twice_is_infinite_and_nothing_is_nan(judged, few):
         found = energies(judged, twice, settings)
         assert np.isinf(found.total).all()
         assert not np.isnan(found.kappa).any()
-        assert [weigh(judged, row, settings)[0] for row in twice] == [math.inf] * 2
+        assert [weigh(judged, row, settings) for row in twice] == [math.inf] * 2
 
 
 def test_markers_on_one_line_leave_a_turn_about_it_open(model, tree, takes, few):
@@ -160,19 +147,18 @@ def test_any_unit_vectors_bound_the_exchange_safely(judged, few, rng):
     for weak, strong in ((0, size - 1), (2, 3)):
         pair.append(
             best_exchange(
-                others,
-                base,
-                np.ascontiguousarray(vectors[:, :, weak]),
-                np.ascontiguousarray(vectors[:, :, strong]),
-                values[:, [weak, strong]],
+                Others(
+                    layout=others,
+                    matrices=base,
+                    weak=np.ascontiguousarray(vectors[:, :, weak]),
+                    strong=np.ascontiguousarray(vectors[:, :, strong]),
+                    smallest=np.ascontiguousarray(values[:, weak]),
+                    largest=np.ascontiguousarray(values[:, strong]),
+                ),
                 judged.jacobian,
-                judged.grams,
-                judged.gaps,
-                judged.hidden,
-                weights_of(few),
+                candidates_of(judged, few),
                 np.arange(frames),
                 np.inf,
-                size,
             )
         )
     assert pair[0] == pair[1]
