@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 from handclean.errors import FileError, Place, UnknownSettingError, UsageError, Where
-from handclean.toml import read_toml
+from handclean.tomlfile import read_toml
 
 S = TypeVar("S")
 

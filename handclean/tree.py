@@ -21,6 +21,7 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
 from handclean.errors import HandcleanError, ShapeError
+from handclean.tomlfile import LONGEST_NAME
 
 ROOT_DOFS = 6
 """Degrees of freedom of a floating root: three translations, three rotations."""
@@ -132,9 +133,6 @@ MOST_SCALE = 1000.0
 
 MOST_BONES = 1000
 """Bones and hinges of a tree; no body has so many."""
-
-LONGEST_NAME = 1000
-"""Characters of a name; no program shows so many."""
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 """Mirrors places in a hand's frame; an axis, being axial, takes the opposite sign."""

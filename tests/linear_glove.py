@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from handclean.glove import samples
-from handclean.glove.gloves import load_glove
+from handclean.glove.definitions import load_glove
 from handclean.glove.settings import GloveFitConfig
 
 GLOVE = load_glove("generic14")

@@ -10,7 +10,8 @@ import pytest
 
 FLOORS = [
     {"errors"},
-    {"toml"},
+    {"tomltext"},
+    {"tomlfile"},
     {"arrays", "config", "remarks"},
     {"kernels"},
     {"numerics"},

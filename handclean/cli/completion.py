@@ -16,7 +16,7 @@ import click
 from click.shell_completion import CompletionItem, shell_complete
 
 from handclean.io.formats import MESHES, TAKES_WRITTEN
-from handclean.toml import read_toml
+from handclean.tomlfile import read_toml
 
 VARIABLE = "_HANDCLEAN_COMPLETE"
 """Set to bash_source, zsh_source or fish_source, it makes the script of that shell."""

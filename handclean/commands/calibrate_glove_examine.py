@@ -7,7 +7,8 @@ from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import GloveExamining
 from handclean.errors import FileError, UsageError
 from handclean.glove import examine
-from handclean.glove.gloves import to_toml, with_coupling
+from handclean.glove.definitions import to_toml
+from handclean.glove.gloves import with_coupling
 from handclean.io.shared.writing import write_lines
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, HandcleanError, Place, UnknownNameError, Where
-from handclean.glove import toml
+from handclean.errors import FileError, HandcleanError, UnknownNameError, Where
 from handclean.hand.model import Model
 from handclean.hand.pronation import with_pronation
 from handclean.hand.template import FINGERS, distal_length
+from handclean.tomlfile import Table, find_file, read_table, shipped_names
 from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[1] / "data" / "gloves" / "hands"
@@ -110,22 +110,20 @@ def load_hand(name: str | Path) -> GloveHand:
     FileError, UnknownNameError
         If there is none, or it is not one.
     """
-    path, content = toml.load(name, SHIPPED, "hand of gloves", "rotation")
-    toml.check_keys(path, content, _KEYS)
-    rows = toml.tables(path, "rotation", content, _ROTATION)
-    names = tuple(toml.text(path, "name", row) for row in rows)
-    parts = tuple(
-        toml.factors(Place(path, f" {name}"), row.get("is", {name: 1.0}))
-        for name, row in zip(names, rows, strict=True)
-    )
-    ranges = [toml.numbers(path, "range", row.get("range"), 2) for row in rows]
+    kind = "hand of gloves"
+    path = find_file(name, SHIPPED, kind, kind, shipped_names(SHIPPED))
+    content = read_table(path, f"not a {kind}")
+    content.expect_keys(_KEYS)
+    rows = content.tables("rotation", _ROTATION)
+    names = tuple(row.name("name") for row in rows)
+    ranges = [row.vector("range", 2) for row in rows]
     hand = GloveHand(
         name=path.stem,
         rotations=names,
         ranges=np.radians(np.array(ranges).reshape(-1, 2)),
-        parts=parts,
-        reference=toml.texts(path, "reference", content),
-        pronation=bool(content.get("pronation", False)),
+        parts=tuple(map(_hinge_factors, rows)),
+        reference=content.texts("reference"),
+        pronation=content.flag("pronation", False),
     )
     if len(set(names)) != len(names) or not names:
         raise FileError(path, "rotations should have names of their own")
@@ -139,6 +137,13 @@ def load_hand(name: str | Path) -> GloveHand:
             "name the hinges that are zero as reference",
         )
     return hand
+
+
+def _hinge_factors(row: Table) -> dict[str, float]:
+    """Hinges and their factors in a rotation; one that names none is its own hinge."""
+    if "is" not in row:
+        return {row.name("name"): 1.0}
+    return row.table("is", "write is = { hinge = factor }").numbers()
 
 
 def fingertips(tree: JointTree) -> Model:

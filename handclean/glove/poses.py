@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from handclean.errors import FileError, Place, UnknownNameError, Where
-from handclean.glove import toml
+from handclean.tomlfile import read_table
 
 SHIPPED = Path(__file__).parents[1] / "data" / "gloves" / "key_poses.toml"
 
@@ -21,13 +21,14 @@ def key_poses(path: Path = SHIPPED) -> Mapping[str, Mapping[str, float]]:
     FileError
         If it is not there or no such file.
     """
-    _, content = toml.load(path, path.parent, "file of key poses", "")
+    right = "write [name] tables of hinge = degrees"
+    content = read_table(path, "not a file of key poses")
     out = {}
-    for name, table in content.items():
-        angles = toml.factors(Place(path, f" [{name}]"), table)
+    for name in content:
+        angles = content.table(name, right).numbers()
         out[name] = {hinge: float(np.radians(a)) for hinge, a in angles.items()}
     if not out:
-        raise FileError(path, "has no pose", "write [name] tables of hinge = degrees")
+        raise FileError(path, "has no pose", right)
     return out
 
 

@@ -12,17 +12,16 @@ millimetres out of the skin.
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, Place, UnknownNameError
+from handclean.errors import FileError, UnknownNameError
 from handclean.hand.model import Model
 from handclean.hand.surface import rest_joints, vertex_normals
 from handclean.hand.template import bone_frame, bone_places, template
 from handclean.hand.template_surface import shipped_skin
-from handclean.toml import expect_few, read_toml
+from handclean.tomlfile import Table, find_file, read_table, shipped_names
 from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[1] / "data" / "marker_sets"
@@ -30,16 +29,15 @@ SHIPPED = Path(__file__).parents[1] / "data" / "marker_sets"
 _KEYS = {"name", "side", "source", "kind", "marker", "forearm", "note"}
 _MARKER_KEYS = {"label", "bone", "at", "vertex", "lift"}
 
-_NEAR = 4.0
-"""[mm] no marker on the skin is nearer to the joint of its bone."""
+_LEAST_MEDIAN_MM = {"hand": 4.0, "rigid": 1.0}
+"""[mm] half of a set's markers are farther from the joints of their bones (chosen)."""
 
-_FAR = {"hand": 300.0, "forearm": 400.0}
-_FAR_FINGER = 100.0
-"""[mm] no marker is farther from its bone's joint, on a rod either."""
+_MOST_MM = {"hand": 300.0, "forearm": 400.0}
+_MOST_FINGER_MM = 100.0
+"""[mm] no marker is farther from its bone's joint, on a rod either (chosen)."""
 
-
-_MOST = 1e6
-"""[mm] no number of a set is larger."""
+MOST_MM = 1e6
+"""[mm] no number of a marker set or a joint tree is larger: a kilometre (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +87,7 @@ class MarkerSet:
 
 def shipped() -> tuple[str, ...]:
     """Names of the marker sets that come with handclean."""
-    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+    return shipped_names(SHIPPED)
 
 
 def load_marker_set(name: str | Path) -> MarkerSet:
@@ -102,46 +100,35 @@ def load_marker_set(name: str | Path) -> MarkerSet:
     FileError
         If the file is not a marker set.
     """
-    path = Path(name)
-    if path.suffix != ".toml":
-        if str(name) not in shipped():
-            raise UnknownNameError("--marker-set", "marker set", str(name), shipped())
-        path = SHIPPED / f"{name}.toml"
+    path = find_file(name, SHIPPED, "--marker-set", "marker set", shipped())
     right = "give a shipped name or a file"
-    return _from_toml(path, read_toml(path, "not a marker set", right))
+    return _marker_set(read_table(path, "not a marker set", right))
 
 
-def _from_toml(path: Path, content: dict[str, Any]) -> MarkerSet:
-    for key in content:
-        if key not in _KEYS:
-            raise UnknownNameError(path, "key", key, _KEYS)
-    kind = content.get("kind", "hand")
-    if kind not in ("hand", "rigid"):
-        raise FileError(path, f"kind '{kind}'", "kind should be hand or rigid")
-    side = content.get("side", "" if kind == "rigid" else None)
-    if side not in ("left", "right") and not (kind == "rigid" and side == ""):
-        raise FileError(path, f"side is {side!r}", "side should be left or right")
-    rows = content.get("marker", [])
-    if not isinstance(rows, list) or not rows:
-        raise FileError(path, "no [[marker]]", "list at least one marker")
-    expect_few(path, "marker", rows)
-    default = {"bone": "root"} if kind == "rigid" else {}
-    rows = [_marker(path, number, {**default, **row}) for number, row in _tables(rows)]
-    labels = [row[0] for row in rows]
+def _marker_set(content: Table) -> MarkerSet:
+    """Make a marker set of what its file says."""
+    content.expect_keys(_KEYS)
+    kind = content.word("kind", ("hand", "rigid"), "hand")
+    side = content.word("side", ("left", "right"), "" if kind == "rigid" else None)
+    rows = content.tables("marker", _MARKER_KEYS)
+    if not rows:
+        raise content.error("no [[marker]]", "list at least one marker")
+    labels = [row.name("label") for row in rows]
     for label, count in Counter(labels).items():
         if count > 1:
-            raise FileError(path, f"label '{label}' twice", "labels should be unique")
-    bones = tuple(row[1] for row in rows)
+            raise content.error(f"label '{label}' twice", "labels should be unique")
+    places = [_place(row, kind) for row in rows]
+    bones = tuple(bone for bone, _ in places)
     if kind == "hand":
         known = template("left", forearm=True).bones
         for bone in bones:
             if bone not in known:
-                raise UnknownNameError(path, "bone", bone, known)
-    at = np.array([row[2] for row in rows])
-    _expect_millimetres(path, kind, labels, bones, at)
+                raise UnknownNameError(content.where, "bone", bone, known)
+    at = np.array([at for _, at in places])
+    _expect_millimetres(content.file, kind, labels, bones, at)
     return MarkerSet(
-        name=str(content.get("name", path.stem)),
-        source=str(content.get("source", "")),
+        name=content.text("name", content.file.stem),
+        source=content.text("source", ""),
         kind=kind,
         side=side,
         labels=tuple(labels),
@@ -160,7 +147,7 @@ def _expect_millimetres(
     away = np.linalg.norm(at, axis=1)
     placed = away[away > 0.0]
     middle = float(np.median(placed)) if len(placed) else np.inf
-    if middle < (_NEAR if kind == "hand" else 1.0):
+    if middle < _LEAST_MEDIAN_MM[kind]:
         if kind == "hand":
             raise FileError(
                 path,
@@ -173,7 +160,7 @@ def _expect_millimetres(
     if kind != "hand":
         return
     for label, bone, far in zip(labels, bones, away.tolist(), strict=True):
-        most = _FAR.get(bone, _FAR_FINGER)
+        most = _MOST_MM.get(bone, _MOST_FINGER_MM)
         if far > most:
             raise FileError(
                 path,
@@ -182,46 +169,28 @@ def _expect_millimetres(
             )
 
 
-def _tables(rows: list[Any]) -> list[tuple[int, dict[str, Any]]]:
-    return [(n, row if isinstance(row, dict) else {}) for n, row in enumerate(rows, 1)]
-
-
-def _marker(path: Path, number: int, row: dict[str, Any]) -> tuple[str, str, Floats]:
-    for key in row:
-        if key not in _MARKER_KEYS:
-            raise UnknownNameError(
-                Place(path, f" marker {number}"), "key", key, _MARKER_KEYS
-            )
-    for key in ("label",) if "vertex" in row else ("label", "bone"):
-        if not isinstance(row.get(key), str) or not row[key]:
-            raise FileError(path, f"marker {number}: no {key}", f"give {key} = '...'")
+def _place(row: Table, kind: str) -> tuple[str, Floats]:
+    """Bone and side-free place (3,) [mm] of a marker."""
     if "vertex" in row:
-        return row["label"], *_on_vertex(path, f"marker {number} ({row['label']})", row)
+        return _on_vertex(row)
     if "lift" in row:
-        raise FileError(path, f"marker {number}: lift without vertex", "use at alone")
-    try:
-        at = np.array(row.get("at"), dtype=float)
-    except (TypeError, ValueError):
-        at = np.zeros(0)
-    if at.shape != (3,) or not (np.abs(at) <= _MOST).all():
-        right = "at should be three numbers in millimetres"
-        raise FileError(path, f"marker {number} ({row['label']}): no place", right)
-    return row["label"], row["bone"], at
+        raise row.error("lift without vertex", "use at alone")
+    is_rigid = kind == "rigid" and "bone" not in row
+    bone = "root" if is_rigid else row.name("bone")
+    right = "at should be three numbers in millimetres"
+    return bone, np.array(row.vector("at", 3, most=MOST_MM, right=right))
 
 
-def _on_vertex(path: Path, where: str, row: dict[str, Any]) -> tuple[str, Floats]:
-    """Bone and side-free place [mm] of a vertex of the template's skin."""
+def _on_vertex(row: Table) -> tuple[str, Floats]:
+    """Bone and side-free place (3,) [mm] of a vertex of the template's skin."""
     if "at" in row or "bone" in row:
-        raise FileError(path, f"{where}: vertex beside bone or at", "give one of them")
+        raise row.error("vertex beside bone or at", "give one of them")
     skin, tree = shipped_skin().fine, template("left")
-    vertex, lift = row["vertex"], row.get("lift", 0.0)
     count = len(skin.vertices)
-    if type(vertex) is not int or not 0 <= vertex < count:
-        right = f"vertex should be a number from 0 to {count - 1}"
-        raise FileError(path, f"{where}: vertex is {vertex!r}", right)
-    if type(lift) not in (int, float) or not abs(lift) <= _MOST:
-        right = "lift should be a number of millimetres"
-        raise FileError(path, f"{where}: lift is {lift!r}", right)
+    right = f"vertex should be a number from 0 to {count - 1}"
+    vertex = row.whole_number("vertex", 0, count - 1, right)
+    right = "lift should be a number of millimetres"
+    lift = row.number("lift", 0.0, least=-MOST_MM, most=MOST_MM, right=right)
     bone = int(skin.bones[vertex, 0])
     name = tree.bones[bone]
     at = 1e3 * (skin.vertices[vertex] - rest_joints(tree)[bone])

@@ -28,32 +28,24 @@ only one bone.
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from handclean.errors import (
-    FileError,
-    HandcleanError,
-    Place,
-    UnknownNameError,
-    UsageError,
-)
-from handclean.hand.marker_set import MarkerSet
+from handclean.arrays import Floats
+from handclean.errors import FileError, HandcleanError, UnknownNameError, UsageError
+from handclean.hand.marker_set import MOST_MM, MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
-from handclean.toml import expect_few, read_toml
-from handclean.tree import LONGEST_NAME, MIRROR, MOST_BONES, JointTree
+from handclean.tomlfile import Table, read_table
+from handclean.tree import MIRROR, MOST_BONES, JointTree
 
-_MOST = 1e6
-"""No number of a tree is larger; as millimetres that is a kilometre."""
+_KEYS = {"name", "kind", "side", "bone", "marker"}
+_BONE = {"name", "joint", "parent", "offset", "hinge"}
+_HINGE = {"name", "axis", "limits"}
+_MARKER = {"label", "bone", "at"}
 
-_KEYS = {
-    "": {"name", "kind", "side", "bone", "marker"},
-    "bone": {"name", "joint", "parent", "offset", "hinge"},
-    "hinge": {"name", "axis", "limits"},
-    "marker": {"label", "bone", "at"},
-}
+_LEAST_AXIS = 1e-9
+"""[-] a hinge axis is longer (chosen)."""
 
 
 def rigid_subject(marker_set: MarkerSet, side: str = "") -> Subject:
@@ -111,117 +103,88 @@ def load_skeleton(path: Path | str) -> Subject:
         If the file is not such a tree.
     """
     path = Path(path)
-    content = read_toml(path, "not a skeleton")
-    _check_keys(path, "", content)
-    bones = _tables(path, "bone", content.get("bone"))
+    content = read_table(path, "not a skeleton")
+    content.expect_keys(_KEYS)
+    bones = content.tables("bone", _BONE)
     if not bones:
-        raise FileError(path, "no [[bone]]", "the first is the root")
+        raise content.error("no [[bone]]", "the first is the root")
     if len(bones) > MOST_BONES:
-        raise FileError(path, f"has {len(bones)} bones", f"{MOST_BONES} are the most")
-    tree = _tree(path, content, bones)
-    markers = _tables(path, "marker", content.get("marker"))
-    for row in markers:
-        if row.get("bone", tree.bones[0]) not in tree.bones:
-            raise UnknownNameError(path, "bone", str(row["bone"]), tree.bones)
-    bone = [tree.bone(row.get("bone", tree.bones[0])) for row in markers]
-    at = [_numbers(path, "at", row.get("at"), 3) / 1e3 for row in markers]
-    labels = tuple(_text(path, "label", row) for row in markers)
+        raise content.error(f"has {len(bones)} bones", f"{MOST_BONES} are the most")
+    tree = _tree(content, bones)
+    markers = content.tables("marker", _MARKER)
+    labels = tuple(row.name("label") for row in markers)
+    at = [row.vector("at", 3, most=MOST_MM) for row in markers]
     return Subject(
         name=tree.subject,
         model=Model(
             tree=tree,
             labels=labels,
-            bone=np.array(bone, dtype=np.int64),
-            at=np.array(at).reshape(-1, 3),
+            bone=np.array([_bone(row, tree) for row in markers], dtype=np.int64),
+            at=np.array(at).reshape(-1, 3) / 1e3,
         ),
         marker_set=tree.subject,
         marker_sigma=np.full(len(labels), np.nan),
     )
 
 
-def _tree(
-    path: Path, content: dict[str, Any], bones: list[dict[str, Any]]
-) -> JointTree:
-    names = tuple(_text(path, "name", row) for row in bones)
-    parents, offsets, hinges = [-1], [np.zeros(3)], []
-    for index, row in enumerate(bones):
-        if index > 0:
-            up = row.get("parent", "")
-            if up not in names[:index]:
-                raise UnknownNameError(
-                    Place(path, f" bone {names[index]}"),
-                    "bone before it",
-                    up,
-                    names[:index],
-                )
-            parents.append(names.index(up))
-            offsets.append(_numbers(path, "offset", row.get("offset"), 3) / 1e3)
-        for hinge in _tables(path, "hinge", row.get("hinge")):
-            hinges.append((index, hinge))
-    axes = [_numbers(path, "axis", h.get("axis"), 3) for _, h in hinges]
-    lengths = [np.linalg.norm(axis) for axis in axes]
-    if any(length < 1e-9 for length in lengths):
-        raise FileError(path, "a hinge axis of length 0", "axis should be a direction")
-    unit = [axis / length for axis, length in zip(axes, lengths, strict=True)]
+def _bone(marker: Table, tree: JointTree) -> int:
+    """Number of a marker's bone; the root where it names none."""
+    name = marker.text("bone", tree.bones[0])
+    if name not in tree.bones:
+        raise UnknownNameError(marker.where, "bone", name, tree.bones)
+    return tree.bone(name)
+
+
+def _tree(content: Table, bones: tuple[Table, ...]) -> JointTree:
+    """Make a joint tree of its bones and their hinges."""
+    names = tuple(row.name("name") for row in bones)
+    hinges = [
+        (bone, hinge)
+        for bone, row in enumerate(bones)
+        for hinge in row.tables("hinge", _HINGE)
+    ]
+    parents = [_parent(row, names[:bone]) for bone, row in enumerate(bones)]
+    offsets = [row.vector("offset", 3, most=MOST_MM) for row in bones[1:]]
     limits = [
-        np.radians(_numbers(path, "limits", h.get("limits", [-180, 180]), 2))
-        for _, h in hinges
+        hinge.vector("limits", 2) if "limits" in hinge else (-180.0, 180.0)
+        for _, hinge in hinges
     ]
     try:
         return JointTree(
-            kind=str(content.get("kind", "rigid")),
-            side=str(content.get("side", "")),
+            kind=content.text("kind", "rigid"),
+            side=content.text("side", ""),
             bones=names,
             joints=tuple(
-                str(row.get("joint", name))
-                for row, name in zip(bones, names, strict=True)
+                row.text("joint", name) for row, name in zip(bones, names, strict=True)
             ),
             parents=np.array(parents, dtype=np.int64),
-            offsets=np.array(offsets),
-            hinges=tuple(_text(path, "name", h) for _, h in hinges),
-            hinge_bone=np.array([index for index, _ in hinges], dtype=np.int64),
-            axes=np.array(unit).reshape(-1, 3),
-            limits=np.array(limits).reshape(-1, 2),
-            subject=str(content.get("name", path.stem)),
+            offsets=np.array([(0.0, 0.0, 0.0), *offsets]) / 1e3,
+            hinges=tuple(hinge.name("name") for _, hinge in hinges),
+            hinge_bone=np.array([bone for bone, _ in hinges], dtype=np.int64),
+            axes=np.array([_axis(hinge) for _, hinge in hinges]).reshape(-1, 3),
+            limits=np.radians(np.array(limits).reshape(-1, 2)),
+            subject=content.text("name", content.file.stem),
         )
     except FileError:
         raise
     except HandcleanError as error:
-        raise FileError(path, str(error)) from None
+        raise content.error(str(error)) from None
 
 
-def _check_keys(path: Path, table: str, row: dict[str, Any]) -> None:
-    for key in row:
-        if key not in _KEYS[table]:
-            where = Place(path, f" [[{table}]]" if table else "")
-            raise UnknownNameError(where, "key", key, _KEYS[table])
+def _parent(row: Table, before: tuple[str, ...]) -> int:
+    """Number of the bone that one hangs on, which comes before it; -1 of the root."""
+    if not before:
+        return -1
+    name = row.text("parent", "")
+    if name not in before:
+        raise UnknownNameError(row.where, "bone before it", name, before)
+    return before.index(name)
 
 
-def _tables(path: Path, name: str, found: Any) -> list[dict[str, Any]]:
-    rows = [] if found is None else found
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise FileError(path, f"{name} is {found!r:.60}", f"write [[{name}]] tables")
-    expect_few(path, name, rows)
-    for row in rows:
-        _check_keys(path, name, row)
-    return rows
-
-
-def _text(path: Path, key: str, row: dict[str, Any]) -> str:
-    value = row.get(key)
-    if not isinstance(value, str) or not value:
-        raise FileError(path, f"{key} is {value!r:.60}", f"give {key} = '...'")
-    if len(value) > LONGEST_NAME:
-        wrong = f"a {key} has {len(value)} characters"
-        raise FileError(path, wrong, f"{LONGEST_NAME} are the most")
-    return value
-
-
-def _numbers(path: Path, key: str, value: Any, count: int) -> np.ndarray[Any, Any]:
-    try:
-        found = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        found = np.zeros(0)
-    if found.shape != (count,) or not (np.abs(found) <= _MOST).all():
-        raise FileError(path, f"{key} is {value!r:.60}", f"give {count} numbers")
-    return found
+def _axis(hinge: Table) -> Floats:
+    """(3,) unit axis of a hinge."""
+    axis: Floats = np.array(hinge.vector("axis", 3, most=MOST_MM))
+    length = float(np.linalg.norm(axis))
+    if length < _LEAST_AXIS:
+        raise hinge.error("a hinge axis of length 0", "axis should be a direction")
+    return axis / length

@@ -5,14 +5,13 @@ Their unit is the scan's, unless the file says another: ``unit = "mm"``.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
 from handclean.io.shared.reading import in_metres, named_unit
-from handclean.toml import read_toml
+from handclean.tomlfile import read_table
 
 
 def read_landmarks(path: Path, unit: str) -> dict[str, Floats]:
@@ -31,26 +30,19 @@ def read_landmarks(path: Path, unit: str) -> dict[str, Floats]:
     FileError
         If it is not such a file.
     """
-    content = read_toml(path, "not landmarks")
-    stated = content.pop("unit", unit)
-    known = named_unit(stated) if isinstance(stated, str) else None
+    content = read_table(path, "not landmarks")
+    stated = content.text("unit", unit)
+    known = named_unit(stated)
     if known is None:
-        raise FileError(path, f"the unit is {stated!r:.60}", "it should be mm, cm or m")
-    if not content:
+        raise content.wrong("unit", "it should be mm, cm or m")
+    names = [name for name in content if name != "unit"]
+    if not names:
         raise FileError(path, "has no landmarks", "write name = [x, y, z]")
+    right = "a landmark is three numbers"
     return {
-        name: in_metres(_place(path, name, value), known)
-        for name, value in content.items()
+        name: in_metres(np.array(content.vector(name, 3, right=right)), known)
+        for name in names
     }
-
-
-def _place(path: Path, name: str, value: Any) -> Floats:
-    is_list = isinstance(value, list) and len(value) == 3
-    if is_list and all(type(part) in (int, float) for part in value):
-        place: Floats = np.array(value, dtype=np.float64)
-        if np.isfinite(place).all():
-            return place
-    raise FileError(path, f"{name} is {value!r:.60}", "a landmark is three numbers")
 
 
 def write_landmarks(path: Path, landmarks: Mapping[str, Floats]) -> None:

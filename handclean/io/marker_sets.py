@@ -1,11 +1,11 @@
 """Marker sets as TOML, millimetres; `handclean.hand.marker_set` reads them."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
 from handclean.hand.marker_set import MarkerSet
 from handclean.io.shared.writing import write_lines
+from handclean.tomltext import quoted
 
 
 def write_marker_set(
@@ -22,25 +22,20 @@ def write_marker_set(
 
 def to_toml(markers: MarkerSet, remarks: Sequence[str] = ()) -> list[str]:
     """Lines of a marker set's file; parameters as `write_marker_set`."""
-    lines = [f"name = {_quoted(markers.name)}"] if markers.name else []
+    lines = [f"name = {quoted(markers.name)}"] if markers.name else []
     if markers.kind != "hand":
-        lines.append(f"kind = {_quoted(markers.kind)}")
+        lines.append(f"kind = {quoted(markers.kind)}")
     if markers.side:
-        lines.append(f"side = {_quoted(markers.side)}")
-    lines.append(f"source = {_quoted(markers.source)}")
+        lines.append(f"side = {quoted(markers.side)}")
+    lines.append(f"source = {quoted(markers.source)}")
     for n, label in enumerate(markers.labels):
         place = ", ".join(f"{1e3 * x + 0.0:.3f}" for x in markers.at[n])
         remark = f"  # {remarks[n]}" if remarks else ""
         lines += [
             "",
             "[[marker]]",
-            f"label = {_quoted(label)}",
-            f"bone = {_quoted(markers.bones[n])}",
+            f"label = {quoted(label)}",
+            f"bone = {quoted(markers.bones[n])}",
             f"at = [{place}]{remark}",
         ]
     return lines
-
-
-def _quoted(text: str) -> str:
-    """Text as TOML has it: JSON's strings, and no raw delete character."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

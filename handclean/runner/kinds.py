@@ -8,7 +8,7 @@ import csv
 from pathlib import Path
 
 from handclean.errors import HandcleanError, UsageError
-from handclean.toml import parse_toml
+from handclean.tomltext import parse_toml
 
 SESSION = "handclean session"
 SUBJECT = "handclean subject"

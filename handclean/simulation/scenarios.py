@@ -13,7 +13,7 @@ from typing import Any
 from handclean.config import Layer, load
 from handclean.errors import FileError, UnknownSettingError, UsageError
 from handclean.simulation.settings import SCENARIOS, SimulateConfig
-from handclean.toml import read_toml
+from handclean.tomlfile import read_table
 
 PRESETS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {"demo": {"rate_hz": 100.0}}
@@ -63,13 +63,14 @@ def find_scenario(name: str | Path) -> Scenario:
         raise UnknownSettingError("simulate", "scenario", name, tuple(SCENARIOS))
     try:
         right = "give a scenario's name or file"
-        content = read_toml(path, "not a scenario", right)
+        content = read_table(path, "not a scenario", right)
+        kind = content.text("kind", "grasp")
     except FileError as error:
         raise UsageError.of(error) from None
-    kind = content.pop("kind", "grasp")
-    if not isinstance(kind, str) or kind not in SCENARIOS:
-        raise UnknownSettingError(path, "kind of scenario", str(kind), tuple(SCENARIOS))
-    return Scenario(name, kind, {**PRESETS.get(kind, {}), **content})
+    if kind not in SCENARIOS:
+        raise UnknownSettingError(path, "kind of scenario", kind, tuple(SCENARIOS))
+    own = {key: value for key, value in content.values.items() if key != "kind"}
+    return Scenario(name, kind, {**PRESETS.get(kind, {}), **own})
 
 
 def settings_for(scenario: Scenario, **given: object) -> SimulateConfig:

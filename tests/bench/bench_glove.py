@@ -25,7 +25,8 @@ from measuring import counted
 from handclean.glove import calibrate as cal
 from handclean.glove import examine, readings, touch
 from handclean.glove import samples as taken
-from handclean.glove.gloves import load_glove, with_coupling
+from handclean.glove.definitions import load_glove
+from handclean.glove.gloves import with_coupling
 from handclean.glove.poses import key_poses
 from handclean.glove.rewear import rewear
 from handclean.glove.settings import GloveApplyConfig, GloveFitConfig

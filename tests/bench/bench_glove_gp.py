@@ -24,7 +24,7 @@ from functools import cache
 import numpy as np
 from measuring import absent, counted
 
-from handclean.glove.gloves import load_glove
+from handclean.glove.definitions import load_glove
 from handclean.glove.models import fit
 from handclean.glove.poses import key_poses
 from handclean.glove.samples import of_hinges

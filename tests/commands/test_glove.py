@@ -19,7 +19,7 @@ from handclean.commands.shared.choices import (
     Simulating,
 )
 from handclean.glove.calibrate import predict_measured
-from handclean.glove.gloves import load_glove
+from handclean.glove.definitions import load_glove
 from handclean.glove.poses import key_poses
 from handclean.glove.settings import (
     GloveApplyConfig,

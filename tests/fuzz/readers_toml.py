@@ -5,7 +5,7 @@ from pathlib import Path
 
 from handclean import config
 from handclean.cli import tables
-from handclean.glove import gloves, hands, poses
+from handclean.glove import definitions, hands, poses
 from handclean.hand import marker_set
 from handclean.hand.skeleton import load_skeleton, rigid_subject
 from handclean.hand.template import template
@@ -195,7 +195,7 @@ READERS = {
         texts('unit = "mm"\nthumb_tip = [1, 2.5, 3]\nindex_tip = [9, 8, 7.0]\n')
     ),
     "marker_set": text(markers)(sets),
-    "glove": text(gloves.load_glove)(of("gloves/*[0-9].toml")),
+    "glove": text(definitions.load_glove)(of("gloves/*[0-9].toml")),
     "hand_of_gloves": text(hands.load_hand)(of("gloves/hands/*.toml")),
     "key_poses": text(key_poses)(of("gloves/key_poses.toml")),
     "joint_map": text(joint_map.load_joint_map, skinned)(of("joint_maps/*.toml")),

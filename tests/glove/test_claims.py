@@ -5,7 +5,7 @@ import pytest
 
 from handclean.errors import FileError, UnknownNameError
 from handclean.glove import claims
-from handclean.glove.gloves import load_glove, shipped
+from handclean.glove.definitions import load_glove, shipped
 from handclean.glove.poses import key_pose, key_poses, place_of
 
 GLOVE = load_glove("generic14")

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from handclean.errors import HandcleanError, UnknownNameError
+from handclean.glove.definitions import load_glove
 from handclean.glove.examine import Moved, examine
-from handclean.glove.gloves import load_glove, with_coupling
+from handclean.glove.gloves import with_coupling
 
 GLOVE = load_glove("generic14")
 

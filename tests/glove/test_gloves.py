@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from handclean.errors import FileError, HandcleanError, UnknownNameError
-from handclean.glove.gloves import (
+from handclean.glove.definitions import (
     SHIPPED,
     glove_from_text,
     load_glove,
     shipped,
     to_toml,
 )
+from handclean.glove.gloves import Correspondence, Glove
 from handclean.glove.hands import fingertips, load_hand
 from handclean.glove.poses import key_pose, key_poses
 from handclean.glove.samples import of_hinges
@@ -31,6 +32,26 @@ def test_a_glove_written_and_read_is_the_same(name):
         glove.sensors,
         glove.limits,
     )
+
+
+def test_any_names_of_sensors_come_back(tmp_path):
+    odd = ("I MCP", 'a"b', "c\\d", "ä")
+    rows = tuple(
+        Correspondence(rotation=rotation, measured_by=name)
+        for rotation, name in zip(load_hand("fingers").rotations, odd, strict=False)
+    )
+    glove = Glove(
+        name="odd",
+        source="",
+        hand=load_hand("fingers"),
+        sensors=odd,
+        reading=dict.fromkeys(odd, (1.0, 2.0)),
+        rows=rows,
+    )
+    again = glove_from_text(tmp_path / "again.toml", to_toml(glove))
+    assert again.sensors == odd
+    assert again.rows == rows
+    assert again.reading == glove.reading
 
 
 def test_four_gloves_ship_with_their_sensors():
@@ -163,7 +184,8 @@ def test_poses_of_ones_own_are_read_from_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (f'hand = "{"x" * 5000}"\n[[rotation]]\n', "no hand of gloves is called 'xxx"),
+        (f'hand = "{"x" * 500}"\n[[rotation]]\n', "no hand of gloves is called 'xxx"),
+        (f'hand = "{"x" * 5000}"\n[[rotation]]\n', "hand has 5000 characters; 1000"),
         ('reading = 1\nhand = "wang2013"\nsensors = ["a"]\nname = "g"\n', "no table"),
     ],
 )

@@ -5,7 +5,8 @@ import pytest
 
 from handclean.errors import FileError, HandcleanError, UnknownNameError
 from handclean.glove import readings, samples
-from handclean.glove.gloves import load_glove, with_coupling
+from handclean.glove.definitions import load_glove
+from handclean.glove.gloves import with_coupling
 from handclean.glove.poses import key_pose
 
 GLOVE = load_glove("generic14")

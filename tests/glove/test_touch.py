@@ -7,7 +7,7 @@ import pytest
 
 from handclean.errors import UsageError
 from handclean.glove import touch
-from handclean.glove.gloves import load_glove
+from handclean.glove.definitions import load_glove
 from handclean.hand.template import template
 
 GLOVE = load_glove("cyberglove18")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from handclean.errors import FileError
-from handclean.glove.gloves import load_glove
+from handclean.glove.definitions import load_glove
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.skeleton import load_skeleton
 from handclean.hand.subject import template_subject

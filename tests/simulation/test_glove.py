@@ -5,7 +5,7 @@ import pytest
 
 from handclean.errors import UnknownNameError
 from handclean.glove import claims
-from handclean.glove.gloves import load_glove
+from handclean.glove.definitions import load_glove
 from handclean.glove.poses import key_poses
 from handclean.glove.samples import of_hold
 from handclean.simulation import glove_motions as motions

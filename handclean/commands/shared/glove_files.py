@@ -10,7 +10,8 @@ from handclean.arrays import Floats
 from handclean.errors import FileError, HandcleanError
 from handclean.glove import readings as checks
 from handclean.glove.calibrate import Calibration, RotationFit, Wearing
-from handclean.glove.gloves import Glove, glove_from_text, load_glove, to_toml
+from handclean.glove.definitions import glove_from_text, load_glove, to_toml
+from handclean.glove.gloves import Glove
 from handclean.glove.models import from_arrays
 from handclean.glove.samples import Samples
 from handclean.hand.subject import Subject

@@ -13,20 +13,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from handclean.arrays import Floats
-from handclean.errors import FileError, UnknownNameError, UsageError
+from handclean.errors import FileError, UsageError
 from handclean.hand.template import FINGERS, template
 from handclean.io.shared.joint_map import (
     SHIPPED,
     JointMap,
-    is_direction,
-    load_joint_map,
+    direction_of,
+    joint_map_of,
 )
-from handclean.toml import read_toml
+from handclean.tomlfile import read_table, shipped_names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +56,7 @@ def load_skinned_map(name: str) -> SkinnedMap:
     """
     path = Path(name)
     if path.suffix != ".toml":
-        names = sorted(path.stem for path in SHIPPED.glob("*.toml"))
+        names = shipped_names(SHIPPED)
         if name not in names:
             known = ", ".join(names)
             raise UsageError(
@@ -67,55 +64,27 @@ def load_skinned_map(name: str) -> SkinnedMap:
                 "or name a .toml file"
             )
         path = SHIPPED / f"{name}.toml"
-    bones = load_joint_map(path)
-    content = read_toml(path, "not a joint map")
+    content = read_table(path, "not a joint map")
+    bones = joint_map_of(content)
     if bones.left_handed:
         raise FileError(path, "left_handed is true", "glTF's axes are right-handed")
     ours = template("left").bones
-    _check(path, "bone", bones.bones, ours)
+    content.table("bones", "").expect_keys(ours, "bone")
     for bone in ours:
         if bone not in bones.bones:
             right = f"say in [bones] which joint is at the root of {bone}"
             raise FileError(path, f"bone {bone} is not mapped", right)
-    tips = _table(path, "tips", content, str)
-    merged = _table(path, "merged", content, list)
-    _check(path, "finger", tips, FINGERS)
-    _check(path, "bone", merged, ours)
+    tips = content.table("tips", "write finger = joint")
+    tips.expect_keys(FINGERS, "finger")
+    merged = content.table("merged", "write bone = [joint, ...]")
+    merged.expect_keys(ours, "bone")
+    several = "give a list of joints' names"
+    axis = "give an axis [x, y, z]"
     return SkinnedMap(
         bones=bones,
-        flexion=_axis(path, content.get("flexion")),
-        tips=tips,
-        merged={bone: tuple(map(str, names)) for bone, names in merged.items()},
+        flexion=direction_of(content, "flexion", axis)
+        if "flexion" in content
+        else None,
+        tips={finger: tips.name(finger, "give a joint's name") for finger in tips},
+        merged={bone: merged.texts(bone, several) for bone in merged},
     )
-
-
-def _check(
-    path: Path, kind: str, given: Mapping[str, Any], known: tuple[str, ...]
-) -> None:
-    for name in given:
-        if name not in known:
-            raise UnknownNameError(path, kind, name, known)
-
-
-def _table(
-    path: Path, key: str, content: Mapping[str, Any], kind: type
-) -> dict[str, Any]:
-    found = content.get(key, {})
-    rows = found.items() if isinstance(found, dict) else [(key, found)]
-    for name, value in rows:
-        if not isinstance(value, kind) or not isinstance(found, dict):
-            what = "a joint's name" if kind is str else "a list of joints' names"
-            raise FileError(path, f"[{key}] {name} is {value!r:.60}", f"give {what}")
-    return dict(rows)
-
-
-def _axis(path: Path, value: Any) -> Floats | None:
-    if value is None:
-        return None
-    try:
-        axis = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        axis = np.zeros(0)
-    if not is_direction(axis):
-        raise FileError(path, f"flexion is {value!r:.60}", "give an axis [x, y, z]")
-    return axis / float(np.linalg.norm(axis))

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handclean.errors import FileError, HandcleanError, Place, Where
-from handclean.tree import LONGEST_NAME, JointTree
+from handclean.tomlfile import LONGEST_NAME
+from handclean.tree import JointTree
 
 Fact = str | int | float | bool
 

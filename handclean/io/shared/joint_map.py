@@ -12,13 +12,12 @@ skinned hands besides is read by `handclean.io.gltf.skinned_map`.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError, UnknownNameError
-from handclean.toml import read_toml
+from handclean.tomlfile import Table, read_table
 from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[2] / "data" / "joint_maps"
@@ -27,6 +26,9 @@ _KEYS = {"name", "source", "note", "left_handed", "unit_m", "back", "exact", "bo
 
 SKINNED_KEYS = {"flexion", "tips", "merged"}
 """Keys that only skinned hands need."""
+
+_LEAST_DIRECTION, _MOST_DIRECTION = 1e-9, 1e9
+"""[-] length of a vector that is a direction, and its largest number (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,53 +68,48 @@ def load_joint_map(path: Path) -> JointMap:
     UnknownNameError
         If it holds a key that means nothing.
     """
-    content = read_toml(path, "not a joint map")
-    for key in content:
-        if key not in _KEYS | SKINNED_KEYS:
-            raise UnknownNameError(path, "key", key, _KEYS | SKINNED_KEYS)
+    return joint_map_of(read_table(path, "not a joint map"))
+
+
+def joint_map_of(content: Table) -> JointMap:
+    """Make a joint map of what its file says; errors as of `load_joint_map`."""
+    content.expect_keys(_KEYS | SKINNED_KEYS)
+    unit = "give the file's unit of length in metres"
     return JointMap(
-        name=str(content.get("name", path.stem)),
-        left_handed=bool(content.get("left_handed", False)),
-        unit_m=_unit(path, content.get("unit_m")),
-        back=_direction(path, content.get("back")),
-        bones=_bones(path, content.get("bones")),
-        exact=bool(content.get("exact", False)),
+        name=content.text("name", content.file.stem),
+        left_handed=content.flag("left_handed", False),
+        unit_m=content.number("unit_m", least=1e-6, most=1e6, right=unit),
+        back=direction_of(
+            content, "back", "give [x, y, z] out of the back of the hand"
+        ),
+        bones=_bones(content),
+        exact=content.flag("exact", False),
     )
 
 
-def _unit(path: Path, unit: Any) -> float:
-    if not isinstance(unit, (int, float)) or not 1e-6 < unit < 1e6:
-        raise FileError(path, "no unit_m", "give the file's unit of length in metres")
-    return float(unit)
+def direction_of(table: Table, key: str, right: str) -> Floats:
+    """Return (3,) numbers as a unit vector.
+
+    Raises
+    ------
+    FileError
+        If they are none, or too short or too long for a direction.
+    """
+    direction: Floats = np.array(
+        table.vector(key, 3, most=_MOST_DIRECTION, right=right)
+    )
+    length = float(np.linalg.norm(direction))
+    if length < _LEAST_DIRECTION:
+        raise table.wrong(key, right)
+    return direction / length
 
 
-def _direction(path: Path, back: Any) -> Floats:
-    try:
-        direction = np.array(back, dtype=float)
-    except (TypeError, ValueError):
-        direction = np.zeros(0)
-    if not is_direction(direction):
-        raise FileError(
-            path, "no back", "back = [x, y, z], out of the back of the hand"
-        )
-    unit: Floats = direction / np.linalg.norm(direction)
-    return unit
-
-
-def is_direction(numbers: Floats) -> bool:
-    """Whether numbers are a vector that is neither too short nor too long for one."""
-    if numbers.shape != (3,) or not (np.abs(numbers) < 1e9).all():
-        return False
-    return bool(np.linalg.norm(numbers) > 1e-9)
-
-
-def _bones(path: Path, bones: Any) -> dict[str, str]:
-    if not isinstance(bones, dict) or not bones:
-        raise FileError(path, "no [bones]", "say which joint is at each bone's root")
-    for bone, joint in bones.items():
-        if not isinstance(joint, str):
-            raise FileError(path, f"bone {bone}: {joint!r:.60} is no joint's name")
-    return dict(bones)
+def _bones(content: Table) -> dict[str, str]:
+    bones = content.table("bones", "say which joint is at each bone's root")
+    if not bones.values:
+        right = "say which joint is at each bone's root"
+        raise content.error("no [bones]", right)
+    return {bone: bones.name(bone, "give a joint's name") for bone in bones}
 
 
 def check_bones(joint_map: JointMap, tree: JointTree) -> None:

@@ -605,12 +605,17 @@ def test_shipped_maps_name_the_bones_of_the_template():
     ("text", "complaint"),
     [
         ("x = 1", "no key is called 'x'"),
-        ("unit_m = 0", "no unit_m"),
-        ("unit_m = 1\nback = [0, 0]", "no back"),
-        ("unit_m = 1\nback = [0, 0, 0]", "no back"),
-        ("unit_m = 1\nback = [0, 1e200, 0]", "no back"),
+        ("", "no unit_m"),
+        ("unit_m = 0", "unit_m is 0; give the file's unit"),
+        ("unit_m = 1", "no back"),
+        ("unit_m = 1\nback = [0, 0]", r"back is \[0, 0\]"),
+        ("unit_m = 1\nback = [0, 0, 0]", r"back is \[0, 0, 0\]"),
+        ("unit_m = 1\nback = [0, 1e200, 0]", r"back is \[0, 1e\+200, 0\]"),
         ("unit_m = 1\nback = [0, 0, 1]", r"no \[bones\]"),
-        ("unit_m = 1\nback = [0, 0, 1]\n[bones]\nhand = 3", "no joint's name"),
+        (
+            "unit_m = 1\nback = [0, 0, 1]\n[bones]\nhand = 3",
+            r"\[bones\]: hand is 3; give a joint's name",
+        ),
         ("back = [", "not a joint map"),
     ],
 )

@@ -296,7 +296,7 @@ def test_every_shipped_map_is_read_and_wrong_ones_are_told(tmp_path):
         ("ring_middle =", "ring_midle =", "did you mean ring_middle"),
         ("flexion = [-1.0, 0.0, 0.0]", "flexion = [0.0, 0.0, 0.0]", "give an axis"),
         ("flexion =", "flecion =", "did you mean flexion"),
-        ('thumb = "thumb-tip"', "thumb = 3", r"\[tips\] thumb is 3"),
+        ('thumb = "thumb-tip"', "thumb = 3", r"\[tips\]: thumb is 3"),
         ('thumb = "thumb-tip"', 'tumb = "thumb-tip"', "did you mean thumb"),
         ('thumb_distal = ["thumb-tip"]', 'thumb_distal = "x"', "list of joints"),
     ):

@@ -1,31 +1,27 @@
-"""TOML from people's files: read within bounds, wrong files told in one line.
+"""TOML parsed within bounds.
 
 `tomllib` is written for files that are trusted. A key of many parts costs it the
 square of their number, nested arrays end Python's stack, every table costs up to a
-hundred times its bytes, and a number may have any number of digits. So the text is
-looked through once before it is parsed, by its tokens, and refused where it holds more
+hundred times its bytes, and a number may have any number of digits. So the tokens of
+the text are counted once before it is parsed, and it is refused where it holds more
 of any than a settings file, a marker set or a scene does.
 """
 
+import json
 import re
 import tomllib
-from collections.abc import Sized
-from pathlib import Path
 from typing import Any
 
 from handclean.errors import FileError, Where
 
 MOST_BYTES = 2**21
-"""A file is no longer."""
+"""[bytes] a file is no longer (chosen)."""
 
 DEEPEST = 20
-"""Arrays and tables are nested no deeper, and a key has no more parts."""
+"""Arrays and tables are nested no deeper, and a key has no more parts (chosen)."""
 
 MOST_TABLES = 20_000
-"""Tables, and parts of dotted keys, in a file."""
-
-MOST_ROWS = 1000
-"""Markers of a set, bones of a tree, rotations of a glove."""
+"""Tables, and parts of dotted keys, in a file, at most (chosen)."""
 
 _TOKEN = re.compile(
     r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)'
@@ -36,46 +32,26 @@ _TOKEN = re.compile(
     r"|[][{}=,.\n]",
     re.DOTALL,
 )
-"""Texts and comments, which are passed over, and marks; a text without an end goes on
-to the file's, where `tomllib` refuses it."""
+"""Texts and comments, which count for nothing, and marks. A text without an end runs to
+the end of the file, where `tomllib` refuses it."""
 
-_SAID = 200
-"""Characters of what `tomllib` says that are passed on."""
+_MOST_REASON = 200
+"""Characters of what `tomllib` says that a message shows (chosen)."""
 
 
-def read_toml(path: Path, what: str, right: str = "") -> dict[str, Any]:
-    """Read a TOML file.
+def parse_toml(where: Where, text: str, what: str) -> dict[str, Any]:
+    """Parse a TOML text.
 
     Parameters
     ----------
+    where : the text's place, for messages.
     what : how to say that it is not TOML, such as "not a marker set".
-    right : what to do where there is no such file.
 
     Raises
     ------
     FileError
-        If it cannot be read, is not TOML, or holds more than any such file does.
+        If it is not TOML, or holds more than any such file does.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except FileNotFoundError:
-        raise FileError(path, "no such file", right) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(path, f"cannot be read ({reason.lower()})") from None
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        if len(content) <= MOST_BYTES:
-            right = "it should be TOML in UTF-8"
-            raise FileError(path, f"{what}: is not text", right) from None
-        text = content.decode("utf-8-sig", "replace")
-    return parse_toml(path, text, what)
-
-
-def parse_toml(where: Where, text: str, what: str) -> dict[str, Any]:
-    """Parse a TOML text; parameters and errors as of `read_toml`."""
     text = text.replace("\r\n", "\n")
     if len(text) > MOST_BYTES:
         right = f"at most {MOST_BYTES // 2**20} MB are read"
@@ -86,7 +62,7 @@ def parse_toml(where: Where, text: str, what: str) -> dict[str, Any]:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise FileError(
-            where, f"{what}: {' '.join(str(error).split())[:_SAID]}"
+            where, f"{what}: {' '.join(str(error).split())[:_MOST_REASON]}"
         ) from None
     except (ValueError, RecursionError):  # Python's own limit of digits
         raise FileError(where, f"{what}: a number has too many digits") from None
@@ -95,17 +71,14 @@ def parse_toml(where: Where, text: str, what: str) -> dict[str, Any]:
     return document
 
 
-def expect_few(where: Where, name: str, rows: Sized) -> None:
-    """Expect no more [[tables]] of a name than a thing of this world has.
+def quoted(text: str) -> str:
+    """Return a text as TOML has it: JSON's strings, and no raw delete character."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
-    Raises
-    ------
-    FileError
-        If there are more.
-    """
-    if len(rows) > MOST_ROWS:
-        right = f"at most {MOST_ROWS} are read"
-        raise FileError(where, f"has {len(rows)} [[{name}]]", right)
+
+def key_of(name: str) -> str:
+    """Return a name as a key of TOML, quoted where it has to be."""
+    return name if re.fullmatch("[A-Za-z0-9_-]+", name) else quoted(name)
 
 
 def _excess(text: str) -> str:
