@@ -9,13 +9,13 @@ from handclean.arrays import Bools, Floats
 from handclean.errors import TAKE, HandcleanError
 from handclean.gaps import baselines, follow_posture
 from handclean.gaps.filler import Filler, Refused, Scene
-from handclean.gaps.posture import Posture, bridge_posture
+from handclean.gaps.posture import Posture, SolvedTake, bridge_posture
 from handclean.gaps.runs import Gap, Limits, gaps_of, seen_in
 from handclean.gaps.samples import with_samples
 from handclean.gaps.settings import FillConfig
 from handclean.hand.model import Model, marker_positions
 from handclean.hand.subject import Subject
-from handclean.ik.decide import DECIDED
+from handclean.ik.decide import DECIDED_SD
 from handclean.ik.doubt import doubt_of_take, zero_sigma
 from handclean.ik.noise import marker_noise
 from handclean.ik.prior import PosturePrior, knowing
@@ -140,11 +140,13 @@ def fill(
     solution = solve_markers(model, positions, prior=prior, settings=solve)
     noise = marker_noise(model, positions, solution, subject.marker_sigma)
     posture = bridge_posture(
-        model,
-        positions,
-        _expected(seen, gaps),
-        solution,
-        noise,
+        SolvedTake(
+            model=model,
+            positions=positions,
+            expected=_expected(seen, gaps),
+            solution=solution,
+            noise=noise,
+        ),
         limits,
         follows=prior is not None,
         coupled=settings.method == "coupled",
@@ -239,9 +241,9 @@ def _motion(
 ) -> Motion:
     """Return the bridged motion.
 
-    It is trusted where root and hinges are decided (`DECIDED`; without a prior: where
-    the root is), by markers and prior as in `solve` or by a bridge, and the residual is
-    one the subject's markers may have.
+    It is trusted where root and hinges are decided (`DECIDED_SD`), by markers and prior
+    as in `solve` or by a bridge (without a prior: where the root is), and the residual
+    is one the subject's markers may have.
     """
     square = np.sum(away * away, axis=2)
     seen = np.isfinite(square)
@@ -252,8 +254,10 @@ def _motion(
     known = solution.trusted | posture.bridged_root
     if prior:
         known |= posture.bridged.any(axis=1)
-        known &= (root <= DECIDED[0]) & (sigma <= DECIDED[1]).all(axis=1)
-        known &= (off <= DECIDED[1]).all(axis=1)
+        known &= (root <= DECIDED_SD.root_rad) & (sigma <= DECIDED_SD.hinge_rad).all(
+            axis=1
+        )
+        known &= (off <= DECIDED_SD.hinge_rad).all(axis=1)
     known &= ~posture.open_root
     return motion_from_poses(
         subject.model.tree.hinges,

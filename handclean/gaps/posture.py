@@ -29,7 +29,7 @@ from handclean.gaps.runs import Gap, Limits, runs, seen_in
 from handclean.gaps.uncertainty import spread
 from handclean.hand.model import Model
 from handclean.ik.doubt import prior_precision
-from handclean.ik.frames import LOOSE
+from handclean.ik.frames import SUBSPACE_RESIDUAL_SD_RAD
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import Solution
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
@@ -73,12 +73,27 @@ class Posture:
     gaps: tuple[Gap, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class SolvedTake:
+    """A take as inverse kinematics has it, with its gaps.
+
+    Attributes
+    ----------
+    positions : (T, M, 3) [m] measured samples of the model's markers, NaN elsewhere.
+    expected : (T, M) samples measured, or missing in a gap short enough to fill.
+    solution : inverse kinematics of ``positions``.
+    noise : (M,) [m] standard deviation of the markers per axis.
+    """
+
+    model: Model
+    positions: Floats
+    expected: Bools
+    solution: Solution
+    noise: Floats
+
+
 def bridge_posture(
-    model: Model,
-    positions: Floats,
-    expected: Bools,
-    solution: Solution,
-    noise: Floats,
+    take: SolvedTake,
     limits: Limits,
     *,
     follows: bool,
@@ -89,17 +104,14 @@ def bridge_posture(
 
     Parameters
     ----------
-    positions : (T, M, 3) [m] measured samples of the model's markers, NaN elsewhere.
-    expected : (T, M) samples measured, or missing in a gap short enough to fill.
-    solution : inverse kinematics of ``positions``.
-    noise : (M,) [m] standard deviation of the markers per axis.
     follows : whether joints that nothing decides follow a posture subspace.
     coupled : whether paths follow the joints that are known, see `coupling`.
     """
     settings = settings or SolveConfig()
+    model, positions, expected = take.model, take.positions, take.expected
     expect_shape("expected", expected, *positions.shape[:2])
-    solved, hinges = solution.poses, len(model.tree.hinges)
-    seen = seen_in(positions)
+    solved, hinges = take.solution.poses, len(model.tree.hinges)
+    seen, noise = seen_in(positions), take.noise
     decided = decide(
         model, solved, seen, expected, noise, settings.prior_m, follows=follows
     )
@@ -213,7 +225,7 @@ def _led_through(
 def _held(paths: Paths, decided: Decided) -> Floats:
     """(T, D) [rad^2] how surely each hinge is where its path has it, 0 if free."""
     held = paths.hinge_variance.copy()
-    held[decided.affected & (held == 0.0)] = LOOSE**2
+    held[decided.affected & (held == 0.0)] = SUBSPACE_RESIDUAL_SD_RAD**2
     return held
 
 

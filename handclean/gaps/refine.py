@@ -1,6 +1,7 @@
 """Postures refined with the markers that are there, each in a place of its own."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,65 +10,86 @@ from handclean.hand.model import Model
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import chain_of
 from handclean.kernels import jit
-from handclean.kernels.gauss_newton import Chain, Work, make_work, misfit, solve_full
+from handclean.kernels.gauss_newton import (
+    Anchor,
+    Chain,
+    Observations,
+    StepControl,
+    Workspace,
+    make_workspace,
+    misfit,
+    solve_full,
+)
 
-ARM = 0.1
-"""[m] how far from the root a turn of the root is felt."""
+ROOT_LEVER_M = 0.1
+"""[m] how far from the root's origin a turn of the root moves a marker, about. Chosen:
+half a hand."""
+
+
+class PlacedMarkers(NamedTuple):
+    """Markers of N frames, with places that differ from frame to frame.
+
+    targets (N, M, 3) [m]; weight (N, M), 0 where there is no target; places (N, M, 3)
+    [m] in their links' frames.
+    """
+
+    targets: Floats
+    weight: Floats
+    places: Floats
+
+
+@jit
+def with_places(tree: Chain, places: Floats) -> Chain:
+    """Return a tree whose markers are in other places (M, 3) [m]."""
+    return Chain(tree.parent, tree.offset, tree.axis, tree.link, places, tree.limits)
 
 
 @jit
 def refine_frames(
-    targets: Floats,
-    weight: Floats,
-    places: Floats,
-    tree: Chain,
-    k: Work,
+    markers: PlacedMarkers,
     anchor: Floats,
-    damping: float,
-    iterations: int,
-    enough_m: float,
+    tree: Chain,
+    control: StepControl,
+    k: Workspace,
     poses: Floats,
 ) -> None:
     """Refine poses frame by frame, each from itself.
 
     Parameters
     ----------
-    targets : (N, M, 3) [m]; weight : (N, M), 0 where there is no target.
-    places : (N, M, 3) [m] of the markers in their links' frames, frame by frame.
-    tree : its marker places do not matter.
     anchor : (N, D) [m^2/rad^2] what holds each hinge where it is.
+    tree : its marker places do not matter.
     poses : (N, 7 + D), overwritten by the result.
     """
     for n in range(poses.shape[0]):
-        moved = Chain(
-            tree.parent, tree.offset, tree.axis, tree.link, places[n], tree.limits
-        )
-        rest = poses[n, 7:].copy()
-        solve_full(
-            poses[n], targets[n], weight[n], moved, k, rest, anchor[n], damping,
-            iterations, enough_m,
-        )  # fmt: skip
+        moved = with_places(tree, markers.places[n])
+        seen = Observations(markers.targets[n], markers.weight[n])
+        held = Anchor(poses[n, 7:].copy(), anchor[n])
+        solve_full(poses[n], seen, held, moved, control, k)
 
 
 @jit
 def place_frames(
-    poses: Floats, weight: Floats, places: Floats, tree: Chain, k: Work, points: Floats
+    poses: Floats,
+    weight: Floats,
+    places: Floats,
+    tree: Chain,
+    k: Workspace,
+    out: Floats,
 ) -> None:
     """Write where markers are whose places differ from frame to frame.
 
     Parameters
     ----------
     poses : (N, 7 + D); weight : (M,) ones; places : (N, M, 3) [m], as above.
-    points : (N, M, 3) [m] overwritten in full.
+    out : (N, M, 3) [m] overwritten in full.
     """
     for n in range(poses.shape[0]):
-        moved = Chain(
-            tree.parent, tree.offset, tree.axis, tree.link, places[n], tree.limits
-        )
-        misfit(poses[n], points[n], weight, moved, k)
-        for m in range(points.shape[1]):
+        moved = with_places(tree, places[n])
+        fit = misfit(poses[n], Observations(out[n], weight), moved, k)
+        for m in range(out.shape[1]):
             for i in range(3):
-                points[n, m, i] = poses[n, i] + k.point[m, i]
+                out[n, m, i] = poses[n, i] + fit.point[m, i]
 
 
 def refined(
@@ -89,26 +111,21 @@ def refined(
     anchor : (N, D) [m^2/rad^2]
     """
     out = poses.copy()
-    work = make_work(len(model.tree.hinges), len(model.labels), 0)
-    refine_frames(
-        np.where(weight[:, :, None] > 0.0, targets, 0.0),
-        weight,
-        model.link_at + moved,
-        chain_of(model),
-        work,
-        anchor,
-        settings.damping,
-        settings.iterations,
-        settings.enough_m,
-        out,
+    markers = PlacedMarkers(
+        targets=np.where(weight[:, :, None] > 0.0, targets, 0.0),
+        weight=weight,
+        places=model.link_at + moved,
     )
+    control = StepControl(settings.damping, settings.enough_m, settings.iterations)
+    work = make_workspace(len(model.tree.hinges), len(model.labels))
+    refine_frames(markers, anchor, chain_of(model), control, work, out)
     return out
 
 
 def placed(model: Model, poses: Floats, moved: Floats) -> Floats:
     """(N, M, 3) [m] where markers are whose places on their bones are moved."""
     points = np.zeros(moved.shape)
-    work = make_work(len(model.tree.hinges), len(model.labels), 0)
+    work = make_workspace(len(model.tree.hinges), len(model.labels))
     ones = np.ones(len(model.labels))
     place_frames(poses, ones, model.link_at + moved, chain_of(model), work, points)
     return points
@@ -149,7 +166,7 @@ class Targets:
         targets = self.positions[frames]
         weight = self.seen[frames].astype(np.float64)
         if root is not None and (root[frames, 0] > 0.0).any():
-            loose = root[frames, 0] + ARM**2 * root[frames, 1]
+            loose = root[frames, 0] + ROOT_LEVER_M**2 * root[frames, 1]
             absent = ~self.seen[frames] & (loose[:, None] > 0.0)
             targets = np.where(
                 absent[:, :, None], placed(self.model, rows, moved), targets

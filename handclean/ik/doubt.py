@@ -42,8 +42,8 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.hand.model import Model, jacobian
 from handclean.hand.subject import Subject
-from handclean.ik.decide import UNKNOWN, precision_of
-from handclean.ik.frames import LOOSE
+from handclean.ik.decide import UNKNOWN_HINGE_SD_RAD, precision_of
+from handclean.ik.frames import SUBSPACE_RESIDUAL_SD_RAD
 from handclean.ik.prior import PosturePrior, knowing
 from handclean.ik.residual_test import share_left
 from handclean.ik.solve import Solution, prior_arrays
@@ -107,7 +107,10 @@ def even_noise(
 def prior_precision(hinges: int) -> Floats:
     """(6 + D,) of the loose prior."""
     spread = np.concatenate(
-        [np.repeat(ROOT_SPREAD, ROOT_DOFS // 2), np.full(hinges, LOOSE)]
+        [
+            np.repeat(ROOT_SPREAD, ROOT_DOFS // 2),
+            np.full(hinges, SUBSPACE_RESIDUAL_SD_RAD),
+        ]
     )
     return np.asarray(1.0 / spread**2)
 
@@ -173,7 +176,7 @@ def marker_sigma_of_angles(
     mean, basis = prior_arrays(model, prior)
     if prior is not None:
         precision[ROOT_DOFS:, ROOT_DOFS:] = precision_of(basis)
-        usual = np.full(hinges, UNKNOWN**2)
+        usual = np.full(hinges, UNKNOWN_HINGE_SD_RAD**2)
     root, out = np.zeros(len(poses)), np.zeros((len(poses), hinges))
     off = np.zeros((len(poses), hinges))
     for start, stop in stretches_of(seen):

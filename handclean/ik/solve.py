@@ -7,22 +7,34 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints, expect_shape
 from handclean.errors import TAKE, HandcleanError
 from handclean.hand.model import Model
-from handclean.ik.decide import decide, precision_of
-from handclean.ik.frames import solve_frames
-from handclean.ik.likeliest import make_likeliest
-from handclean.ik.mend import jumps, mend
+from handclean.ik.decide import mark_decided_frames, precision_of
+from handclean.ik.frames import (
+    MIN_MARKERS,
+    PoseProblem,
+    TakeFit,
+    TakeMarkers,
+    empty_fit,
+    solve_frames,
+)
+from handclean.ik.likeliest import find_map_poses
+from handclean.ik.mend import JumpTask, has_jumps, remove_jumps
 from handclean.ik.prior import PosturePrior, knowing
 from handclean.ik.residual_test import share_left
 from handclean.ik.settings import SolveConfig
-from handclean.kernels.gauss_newton import Chain, make_work
+from handclean.kernels.gauss_newton import (
+    AnglePrior,
+    Chain,
+    StepControl,
+    Subspace,
+    make_workspace,
+)
 from handclean.recording import Recording
-from handclean.tree import POSE_HEAD, ROOT_DOFS
 
-QUIETEST = 1e-4
-"""[m] noise of the markers per axis is not believed to be less."""
+MIN_NOISE_M = 1e-4
+"""[m] noise of the markers per axis is not taken to be less. Chosen."""
 
-TASTED = 200
-"""Frames that tell the noise of a take."""
+NOISE_FRAMES = 200
+"""Frames from which the noise of a take is estimated, about. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,77 +130,33 @@ def solve_markers(
     expect_shape("weights", weights, markers)
     prior = knowing(prior, model.tree.hinges)
     mean, basis = prior_arrays(model, prior)
-    hinges, limbs = len(mean), model.tree.limbs()[model.tree.hinge_bone]
-    poses = np.zeros((frames, POSE_HEAD + hinges))
-    residual, steps = np.full(frames, np.nan), np.zeros(frames, dtype=np.int64)
-    opened, trusted = np.ones((frames, hinges), dtype=bool), np.zeros(frames, bool)
-    targets = np.ascontiguousarray(positions, dtype=np.float64)
-    weights = np.ascontiguousarray(weights, dtype=np.float64)
-    chain, work = chain_of(model), make_work(hinges, markers, basis.shape[1])
-    numbers = settings.damping, settings.enough_m, settings.prior_m
-    solve_frames(
-        targets,
-        weights,
-        chain,
-        work,
-        mean,
-        basis,
-        start_postures(model, mean),
-        numbers,
-        settings.lever_m,
-        settings.restart_m,
-        settings.iterations,
-        poses,
-        residual,
-        opened,
-        trusted,
-        steps,
+    seen = TakeMarkers(
+        targets=np.ascontiguousarray(positions, dtype=np.float64),
+        weight=np.ascontiguousarray(weights, dtype=np.float64),
     )
-    if jumps(poses):
-        mend(
-            targets,
-            weights,
-            chain,
-            work,
-            limbs,
-            numbers,
-            settings.iterations,
-            _noise(model, targets, residual),
-            poses,
-            residual,
-            opened,
-        )
+    problem = PoseProblem(
+        tree=chain_of(model),
+        subspace=Subspace(mean, basis, settings.prior_m),
+        control=StepControl(settings.damping, settings.enough_m, settings.iterations),
+        lever_m=settings.lever_m,
+    )
+    work = make_workspace(len(mean), markers, basis.shape[1])
+    fit = empty_fit(frames, len(mean))
+    starts, limb = start_postures(model, mean), _limb_of_hinge(model)
+    solve_frames(seen, problem, starts, settings.restart_m, work, fit)
+    if has_jumps(fit.poses):
+        noise = _noise(model, seen.targets, fit.residual)
+        remove_jumps(limb, JumpTask(seen, problem, noise, fit, work))
     if prior is not None:
-        precision = precision_of(basis)
-        make_likeliest(
-            targets,
-            weights,
-            chain,
-            work,
-            mean,
-            precision,
-            settings.prior_m,
-            poses,
-            residual,
-            opened,
-            trusted,
-            limbs,
-        )
-        decide(
-            targets,
-            weights,
-            chain,
-            work,
-            mean,
-            precision,
-            settings.prior_m,
-            settings.lever_m,
-            poses,
-            opened,
-            trusted,
-        )
+        likely = AnglePrior(mean, precision_of(basis), settings.prior_m)
+        find_map_poses(seen, limb, problem.tree, likely, work, fit)
+        mark_decided_frames(seen, problem.tree, likely, settings.lever_m, work, fit)
     return Solution(
-        poses=poses, residual=residual, opened=opened, trusted=trusted, steps=steps
+        poses=fit.poses,
+        residual=fit.residual,
+        opened=fit.opened,
+        trusted=fit.decided,
+        steps=fit.steps,
     )
 
 
@@ -207,36 +175,42 @@ def decided(
     prior : without one, three markers in sight do.
     """
     settings, prior = settings or SolveConfig(), knowing(prior, model.tree.hinges)
-    enough = np.isfinite(positions).all(axis=2).sum(axis=1) >= ROOT_DOFS // 2
+    enough = np.isfinite(positions).all(axis=2).sum(axis=1) >= MIN_MARKERS
     if prior is None:
         return np.asarray(enough)
     mean, basis = prior_arrays(model, prior)
-    markers, hinges = len(model.labels), len(mean)
-    decide(
-        np.ascontiguousarray(positions),
-        np.ones(markers),
-        chain_of(model),
-        make_work(hinges, markers, basis.shape[1]),
-        mean,
-        precision_of(basis),
-        settings.prior_m,
-        settings.lever_m,
-        np.ascontiguousarray(poses),
-        np.ones((len(poses), hinges), dtype=bool),
-        enough,
+    fit = TakeFit(
+        poses=np.ascontiguousarray(poses),
+        residual=np.full(len(poses), np.nan),
+        opened=np.ones((len(poses), len(mean)), dtype=bool),
+        decided=np.asarray(enough),
+        steps=np.zeros(len(poses), dtype=np.int64),
     )
-    return np.asarray(enough)
+    mark_decided_frames(
+        TakeMarkers(np.ascontiguousarray(positions), np.ones(len(model.labels))),
+        chain_of(model),
+        AnglePrior(mean, precision_of(basis), settings.prior_m),
+        settings.lever_m,
+        make_workspace(len(mean), len(model.labels), basis.shape[1]),
+        fit,
+    )
+    return fit.decided
+
+
+def _limb_of_hinge(model: Model) -> Ints:
+    """(D,) first hinge of the limb each hinge belongs to."""
+    return np.asarray(model.tree.limbs()[model.tree.hinge_bone])
 
 
 def _noise(model: Model, targets: Floats, residual: Floats) -> float:
-    """[m] noise of the markers per axis, from what is usually left of it."""
+    """[m] noise of the markers per axis, from the residuals of some frames."""
     solved = np.flatnonzero(np.isfinite(residual))
     if len(solved) == 0:
-        return QUIETEST
-    solved = solved[:: max(len(solved) // TASTED, 1)]
+        return MIN_NOISE_M
+    solved = solved[:: max(len(solved) // NOISE_FRAMES, 1)]
     seen = np.asarray(np.isfinite(targets[solved]).all(axis=2))
     square = residual[solved] ** 2 / (3.0 * share_left(model, seen))
-    return max(float(np.sqrt(np.median(square))), QUIETEST)
+    return max(float(np.sqrt(np.median(square))), MIN_NOISE_M)
 
 
 def markers_of(

@@ -37,8 +37,11 @@ Dubey (1995), whom Schroeder et al. cite for it.
 
 **The subspace** (Schroeder 2016 section 3.2): angles = mean + components alpha, so
 that J_PC = J M (eq. 4). alpha counts in standard deviations and is held towards 0 with
-the weight of ``prior_m`` metres of marker noise squared, without which the markers of a
+the weight of ``noise_m`` metres of marker noise squared, without which the markers of a
 reduced set could not decide it.
+
+**Where results are.** Functions return what they find. Arrays they return lie in the
+`Workspace` they were given, so they hold until the next call with the same one.
 """
 
 import math
@@ -53,7 +56,11 @@ from handclean.kernels.cholesky import factor
 from handclean.kernels.rotations import compose, exponential
 
 HELD = 1e30
-"""What is added to the diagonal for a hinge that must not move."""
+"""[m^2/rad^2] What is added to the diagonal for a hinge that must not move. Chosen: so
+large that a step times it loses no digit."""
+
+ALL_DECIDED, HINGES_OPEN, ROOT_OPEN = 0, 1, 2
+"""What the markers of a frame leave open, see `find_open_hinges`."""
 
 
 class Chain(NamedTuple):
@@ -71,8 +78,124 @@ class Chain(NamedTuple):
     limits: Floats
 
 
-class Work(NamedTuple):
-    """Room for one frame's solve; nothing in it outlives the call."""
+class Observations(NamedTuple):
+    """The markers of one frame.
+
+    target (M, 3) [m], anything where the weight is 0; weight (M,), not negative.
+    """
+
+    target: Floats
+    weight: Floats
+
+
+class Anchor(NamedTuple):
+    """What holds hinges where they are: sum_d weight_d (q_d - rest_d)^2.
+
+    rest (D,) [rad]; weight (D,) [m^2/rad^2], 0 for a hinge that is free.
+    """
+
+    rest: Floats
+    weight: Floats
+
+
+class Subspace(NamedTuple):
+    """Postures mean + basis alpha.
+
+    mean (D,) [rad]; basis (D, K) [rad], columns one standard deviation long; noise_m
+    [m] marker noise that weighs as much as one standard deviation of alpha.
+    """
+
+    mean: Floats
+    basis: Floats
+    noise_m: float
+
+
+class AnglePrior(NamedTuple):
+    """A Gaussian prior of all angles.
+
+    mean (D,) [rad]; precision (D, D) [1/rad^2], symmetric; noise_m [m] of the markers
+    per axis, with which they weigh against it.
+    """
+
+    mean: Floats
+    precision: Floats
+    noise_m: float
+
+
+class StepControl(NamedTuple):
+    """How steps are damped, and when they end.
+
+    damping [m^2/rad^2]; enough_m [m] RMS below which a further decrease is not worth a
+    step; iterations: steps at most.
+    """
+
+    damping: float
+    enough_m: float
+    iterations: int
+
+
+class MarkerFit(NamedTuple):
+    """How a pose fits the markers of a frame.
+
+    cost: C; point (M, 3) [m] from the root's origin, error (M, 3) [m], both valid where
+    the weight is not 0; column (L, 6) of each hinge, see `chain`.
+    """
+
+    cost: float
+    point: Floats
+    error: Floats
+    column: Floats
+
+
+class PoseFit(NamedTuple):
+    """A solved pose: the minimised cost, Gauss-Newton steps taken, error (M, 3) [m]."""
+
+    cost: float
+    steps: int
+    error: Floats
+
+
+class NewtonStep(NamedTuple):
+    """A step (6 + D,), the decrease it promises, and the factors it was solved with."""
+
+    step: Floats
+    promise: float
+    factors: Floats
+
+
+class ReducedEquations(NamedTuple):
+    """Equations of root and alpha: matrix (6 + K, 6 + K), right (6 + K,)."""
+
+    matrix: Floats
+    right: Floats
+
+
+class Openness(NamedTuple):
+    """What markers leave open: `ALL_DECIDED` ... `ROOT_OPEN`, and hinges (D,)."""
+
+    level: int
+    hinges: Bools
+
+
+class Factor(NamedTuple):
+    """Cholesky factor, a lower triangle; not to be used if not ``positive``."""
+
+    positive: bool
+    lower: Floats
+
+
+class SpreadLimits(NamedTuple):
+    """[rad] largest standard deviations of the root's rotation and of a hinge."""
+
+    root_rad: float
+    hinge_rad: float
+
+
+class Workspace(NamedTuple):
+    """Room for the calculations of one frame.
+
+    Nobody reads it but by what a function returns.
+    """
 
     turn: Floats  # (L, 3, 3)
     origin: Floats  # (L, 3)
@@ -85,16 +208,20 @@ class Work(NamedTuple):
     gradient: Floats  # (6 + D,)
     step: Floats  # (6 + D,)
     trial: Floats  # (7 + D,)
-    dense: Floats  # (6 + K, 6 + K)
+    reduced_matrix: Floats  # (6 + K, 6 + K)
     image: Floats  # (D, K)
-    reduced: Floats  # (6 + K,)
-    slope: Floats  # (6 + K,) ``reduced`` before it is solved for
+    reduced_right: Floats  # (6 + K,)
+    reduced_step: Floats  # (6 + K,)
     alpha: Floats  # (K,)
     right: Floats  # (6 + D,) gradient before stops
     stop: Floats  # (D,) [rad] step that ends at a limit, or NaN
+    information: Floats  # (6 + D, 6 + D)
+    row: Floats  # (6 + D,)
+    rest: Floats  # (D,)
+    anchor: Floats  # (D,)
 
 
-def make_work(hinges: int, markers: int, directions: int = 0) -> Work:
+def make_workspace(hinges: int, markers: int, directions: int = 0) -> Workspace:
     """Room for trees of ``hinges`` hinges with ``markers`` markers.
 
     Parameters
@@ -102,7 +229,7 @@ def make_work(hinges: int, markers: int, directions: int = 0) -> Work:
     directions : K of the posture subspace; it may be more than the tree has hinges.
     """
     links, dofs, small = hinges + 1, hinges + 6, directions + 6
-    return Work(
+    return Workspace(
         turn=np.zeros((links, 3, 3)),
         origin=np.zeros((links, 3)),
         column=np.zeros((links, 6)),
@@ -114,26 +241,29 @@ def make_work(hinges: int, markers: int, directions: int = 0) -> Work:
         gradient=np.zeros(dofs),
         step=np.zeros(dofs),
         trial=np.zeros(dofs + 1),
-        dense=np.zeros((small, small)),
+        reduced_matrix=np.zeros((small, small)),
         image=np.zeros((hinges, directions)),
-        reduced=np.zeros(small),
-        slope=np.zeros(small),
+        reduced_right=np.zeros(small),
+        reduced_step=np.zeros(small),
         alpha=np.zeros(directions),
         right=np.zeros(dofs),
         stop=np.zeros(hinges),
+        information=np.zeros((dofs, dofs)),
+        row=np.zeros(dofs),
+        rest=np.zeros(hinges),
+        anchor=np.zeros(hinges),
     )
 
 
 @jit
-def misfit(pose: Floats, target: Floats, weight: Floats, tree: Chain, k: Work) -> float:
-    """Place the markers and return C; fills points and errors.
+def misfit(pose: Floats, seen: Observations, tree: Chain, k: Workspace) -> MarkerFit:
+    """Place the markers and compare them with where they were seen.
 
     Parameters
     ----------
     pose : (7 + D,)
-    target : (M, 3) [m]; anything where the weight is 0.
-    weight : (M,) not negative.
     """
+    target, weight = seen.target, seen.weight
     place_links(pose, tree.parent, tree.offset, tree.axis, k.turn, k.origin, k.column)
     cost = 0.0
     for m in range(target.shape[0]):
@@ -151,21 +281,24 @@ def misfit(pose: Floats, target: Floats, weight: Floats, tree: Chain, k: Work) -
         k.point[m, 0], k.point[m, 1], k.point[m, 2] = px, py, pz
         k.error[m, 0], k.error[m, 1], k.error[m, 2] = ex, ey, ez
         cost += weight[m] * (ex * ex + ey * ey + ez * ez)
-    return cost
+    return MarkerFit(cost, k.point, k.error, k.column)
 
 
 @jit
-def pull(weight: Floats, tree: Chain, k: Work) -> None:
-    """Write the right-hand side J^T W e from the errors of `misfit`."""
-    wrench, column, gradient = k.wrench, k.column, k.gradient
+def right_hand_side(
+    fit: MarkerFit, weight: Floats, tree: Chain, k: Workspace
+) -> Floats:
+    """Return the right-hand side J^T W e (6 + D,)."""
+    point, error, column = fit.point, fit.error, fit.column
+    wrench, gradient = k.wrench, k.gradient
     wrench[:] = 0.0
     for m in range(weight.shape[0]):
         w = weight[m]
         if w <= 0.0:
             continue
         row = wrench[tree.link[m]]
-        x, y, z = k.point[m, 0], k.point[m, 1], k.point[m, 2]
-        ex, ey, ez = w * k.error[m, 0], w * k.error[m, 1], w * k.error[m, 2]
+        x, y, z = point[m, 0], point[m, 1], point[m, 2]
+        ex, ey, ez = w * error[m, 0], w * error[m, 1], w * error[m, 2]
         row[0] += ex
         row[1] += ey
         row[2] += ez
@@ -182,19 +315,21 @@ def pull(weight: Floats, tree: Chain, k: Work) -> None:
         gradient[5 + i] = total
     for n in range(6):
         gradient[n] = wrench[0, n]
+    return gradient
 
 
 @jit
-def inertia(weight: Floats, tree: Chain, k: Work) -> None:
-    """Write J^T W J, its lower triangle along the tree, from the points of `misfit`."""
-    moment, column, normal = k.moment, k.column, k.normal
+def normal_matrix(fit: MarkerFit, weight: Floats, tree: Chain, k: Workspace) -> Floats:
+    """Return J^T W J (6 + D, 6 + D), its lower triangle along the tree."""
+    point, column = fit.point, fit.column
+    moment, normal = k.moment, k.normal
     moment[:] = 0.0
     for m in range(weight.shape[0]):
         w = weight[m]
         if w <= 0.0:
             continue
         row = moment[tree.link[m]]
-        x, y, z = k.point[m, 0], k.point[m, 1], k.point[m, 2]
+        x, y, z = point[m, 0], point[m, 1], point[m, 2]
         wx, wy, wz = w * x, w * y, w * z
         row[0] += w
         row[1] += wx
@@ -244,12 +379,13 @@ def inertia(weight: Floats, tree: Chain, k: Work) -> None:
     normal[4, 4] = root[4] + root[9]
     normal[5, 5] = root[4] + root[7]
     normal[4, 3], normal[5, 3], normal[5, 4] = -root[5], -root[6], -root[8]
+    return normal
 
 
 @jit
-def factorise(tree: Chain, k: Work) -> None:
+def factorise(tree: Chain, normal: Floats) -> None:
     """Replace the normal matrix by its L^T D L factors, leaves first, no fill-in."""
-    normal, parent = k.normal, tree.parent
+    parent = tree.parent
     for i in range(parent.shape[0] - 1, 0, -1):
         row = normal[5 + i]
         inverse = 1.0 / row[5 + i]
@@ -282,13 +418,18 @@ def factorise(tree: Chain, k: Work) -> None:
 
 
 @jit
-def substitute(tree: Chain, k: Work) -> float:
-    """Solve for the step with the factors; return the decrease it promises, g . s."""
-    normal, parent, step, gradient = k.normal, tree.parent, k.step, k.gradient
+def substitute(tree: Chain, factors: Floats, gradient: Floats, step: Floats) -> float:
+    """Write the step that solves the factorised equations.
+
+    Returns
+    -------
+    The decrease it promises, ``gradient . step``.
+    """
+    parent = tree.parent
     for n in range(step.shape[0]):
         step[n] = gradient[n]
     for i in range(parent.shape[0] - 1, 0, -1):
-        row, s = normal[5 + i], step[5 + i]
+        row, s = factors[5 + i], step[5 + i]
         j = parent[i]
         while j > 0:
             step[5 + j] -= row[5 + j] * s
@@ -297,16 +438,16 @@ def substitute(tree: Chain, k: Work) -> float:
             step[n] -= row[n] * s
     for i in range(5, -1, -1):
         for j in range(i):
-            step[j] -= normal[i, j] * step[i]
+            step[j] -= factors[i, j] * step[i]
     for i in range(6):
-        step[i] /= normal[i, i]
+        step[i] /= factors[i, i]
         for j in range(i):
-            step[i] -= normal[i, j] * step[j]
+            step[i] -= factors[i, j] * step[j]
     promise = 0.0
     for n in range(6):
         promise += step[n] * gradient[n]
     for i in range(1, parent.shape[0]):
-        row = normal[5 + i]
+        row = factors[5 + i]
         s = step[5 + i] / row[5 + i]
         for n in range(6):
             s -= row[n] * step[n]
@@ -320,71 +461,80 @@ def substitute(tree: Chain, k: Work) -> float:
 
 
 @jit
-def damp(pose: Floats, tree: Chain, damping: float, k: Work) -> None:
+def damp(
+    pose: Floats, tree: Chain, damping: float, normal: Floats, gradient: Floats
+) -> None:
     """Add D, and hold the hinges that push against their limits.
 
     ``damping`` [m^2/rad^2] keeps undetermined hinges still; it is raised by Chan and
     Dubey's |dH/dq| for a hinge on its way to the nearer limit.
     """
     for n in range(6):
-        k.normal[n, n] += damping * 1e-3
+        normal[n, n] += damping * 1e-3
     for d in range(tree.limits.shape[0]):
         low, high = tree.limits[d, 0], tree.limits[d, 1]
-        q, g = pose[7 + d], k.gradient[6 + d]
+        q, g = pose[7 + d], gradient[6 + d]
         extra = damping
         if (q <= low and g < 0.0) or (q >= high and g > 0.0):
             extra = HELD
-            k.gradient[6 + d] = 0.0
+            gradient[6 + d] = 0.0
         elif q > low and q < high:
             middle = 2.0 * q - high - low
             if middle * g > 0.0:
                 span = high - low
                 room = (high - q) * (q - low)
                 extra += damping * span * span * abs(middle) / (4.0 * room * room)
-        k.normal[6 + d, 6 + d] += extra
+        normal[6 + d, 6 + d] += extra
 
 
 @jit
-def advance(pose: Floats, scale: float, tree: Chain, k: Work, out: Floats) -> None:
+def advance(
+    pose: Floats, step: Floats, scale: float, tree: Chain, k: Workspace, out: Floats
+) -> None:
     """Write the pose moved by ``scale`` times the step, clipped at the limits."""
     turn = k.moment[0]  # room for a quaternion
     vector = k.moment[0, 4:7]
     for n in range(3):
-        out[n] = pose[n] + scale * k.step[n]
-        vector[n] = scale * k.step[3 + n]
+        out[n] = pose[n] + scale * step[n]
+        vector[n] = scale * step[3 + n]
     exponential(vector, turn[:4])
     compose(turn[:4], pose[3:7], out[3:7])
     for d in range(tree.limits.shape[0]):
-        q = pose[7 + d] + scale * k.step[6 + d]
+        q = pose[7 + d] + scale * step[6 + d]
         out[7 + d] = min(max(q, tree.limits[d, 0]), tree.limits[d, 1])
 
 
 @jit
-def pull_of_rest(pose: Floats, rest: Floats, anchor: Floats) -> float:
-    """Return sum_d anchor_d (q_d - rest_d)^2."""
+def anchor_cost(pose: Floats, anchor: Anchor) -> float:
+    """Return sum_d weight_d (q_d - rest_d)^2."""
     total = 0.0
-    for d in range(anchor.shape[0]):
-        away = pose[7 + d] - rest[d]
-        total += anchor[d] * away * away
+    for d in range(anchor.weight.shape[0]):
+        away = pose[7 + d] - anchor.rest[d]
+        total += anchor.weight[d] * away * away
     return total
 
 
 @jit
-def hold_to_rest(pose: Floats, rest: Floats, anchor: Floats, k: Work) -> None:
+def add_anchor_pull(pose: Floats, anchor: Anchor, gradient: Floats) -> None:
     """Add the anchors' part to the right-hand side."""
-    for d in range(anchor.shape[0]):
-        k.gradient[6 + d] -= anchor[d] * (pose[7 + d] - rest[d])
+    for d in range(anchor.weight.shape[0]):
+        gradient[6 + d] -= anchor.weight[d] * (pose[7 + d] - anchor.rest[d])
 
 
 @jit
-def stop_at_limits(pose: Floats, tree: Chain, k: Work) -> bool:
-    """Note which hinges the step takes beyond a limit; return whether any is new."""
+def stop_at_limits(pose: Floats, step: Floats, stop: Floats, limits: Floats) -> bool:
+    """Write which hinges a step takes beyond a limit; return whether any is new.
+
+    Parameters
+    ----------
+    stop : (D,) [rad] changed: NaN, or the step that ends at the limit.
+    """
     found = False
-    for d in range(tree.limits.shape[0]):
+    for d in range(limits.shape[0]):
         q = pose[7 + d]
-        to = q + k.step[6 + d]
-        if math.isnan(k.stop[d]) and not tree.limits[d, 0] <= to <= tree.limits[d, 1]:
-            k.stop[d] = (tree.limits[d, 0] if to < q else tree.limits[d, 1]) - q
+        to = q + step[6 + d]
+        if math.isnan(stop[d]) and not limits[d, 0] <= to <= limits[d, 1]:
+            stop[d] = (limits[d, 0] if to < q else limits[d, 1]) - q
             found = True
     return found
 
@@ -392,60 +542,79 @@ def stop_at_limits(pose: Floats, tree: Chain, k: Work) -> bool:
 @jit
 def newton_step(
     pose: Floats,
+    fit: MarkerFit,
     weight: Floats,
+    anchor: Anchor,
     tree: Chain,
-    k: Work,
-    rest: Floats,
-    anchor: Floats,
     damping: float,
-) -> float:
-    """Write the Gauss-Newton step from a new matrix; return the decrease it promises.
+    k: Workspace,
+) -> NewtonStep:
+    """Return the Gauss-Newton step from a new matrix.
 
     A hinge that the step would take beyond a limit is taken to the limit instead, and
     the others, knowing that, are solved for again.
     """
-    k.stop[:] = math.nan
+    right, step, stop, normal = k.right, k.step, k.stop, k.normal
+    hinges = anchor.weight.shape[0]
+    stop[:] = math.nan
     promise = 0.0
     for _ in range(4):
-        pull(weight, tree, k)
-        hold_to_rest(pose, rest, anchor, k)
-        inertia(weight, tree, k)
-        for d in range(anchor.shape[0]):
-            k.normal[6 + d, 6 + d] += anchor[d]
-        damp(pose, tree, damping, k)
-        for n in range(k.right.shape[0]):
-            k.right[n] = k.gradient[n]
-        for d in range(anchor.shape[0]):
-            if not math.isnan(k.stop[d]):
-                k.normal[6 + d, 6 + d] += HELD
-                k.gradient[6 + d] = HELD * k.stop[d]
-        factorise(tree, k)
-        substitute(tree, k)
+        gradient = right_hand_side(fit, weight, tree, k)
+        add_anchor_pull(pose, anchor, gradient)
+        normal = normal_matrix(fit, weight, tree, k)
+        for d in range(hinges):
+            normal[6 + d, 6 + d] += anchor.weight[d]
+        damp(pose, tree, damping, normal, gradient)
+        for n in range(right.shape[0]):
+            right[n] = gradient[n]
+        for d in range(hinges):
+            if not math.isnan(stop[d]):
+                normal[6 + d, 6 + d] += HELD
+                gradient[6 + d] = HELD * stop[d]
+        factorise(tree, normal)
+        substitute(tree, normal, gradient, step)
         promise = 0.0
-        for n in range(k.right.shape[0]):
-            promise += k.right[n] * k.step[n]
-        if not stop_at_limits(pose, tree, k):
+        for n in range(right.shape[0]):
+            promise += right[n] * step[n]
+        if not stop_at_limits(pose, step, stop, tree.limits):
             break
-    return max(promise, 0.0)
+    return NewtonStep(step, max(promise, 0.0), normal)
+
+
+@jit
+def hold_at_limits(
+    pose: Floats, factors: Floats, gradient: Floats, limits: Floats
+) -> bool:
+    """Take hinges that the factors hold at a limit out of the right-hand side.
+
+    Returns
+    -------
+    Whether all of them still push against their limits, so that the factors serve.
+    """
+    serves = True
+    for d in range(limits.shape[0]):
+        if factors[6 + d, 6 + d] >= HELD:
+            inwards = gradient[6 + d] * (pose[7 + d] - limits[d, 0])
+            outwards = gradient[6 + d] * (limits[d, 1] - pose[7 + d])
+            if inwards < 0.0 or outwards > 0.0:
+                serves = False
+            gradient[6 + d] = 0.0
+    return serves
 
 
 @jit
 def solve_full(
     pose: Floats,
-    target: Floats,
-    weight: Floats,
+    seen: Observations,
+    anchor: Anchor,
     tree: Chain,
-    k: Work,
-    rest: Floats,
-    anchor: Floats,
-    damping: float,
-    iterations: int,
-    enough_m: float,
-) -> tuple[float, int]:
+    control: StepControl,
+    k: Workspace,
+) -> PoseFit:
     """Solve for root and all angles from ``pose``, in place.
 
-    Minimises C plus ``sum_d anchor_d (q_d - rest_d)^2``, which is for hinges that the
-    markers leave open; elsewhere the anchor is 0.
+    Minimises C plus the anchors' cost, which is for hinges that the markers leave open;
+    elsewhere the anchor's weight is 0.
 
     Stops when the decrease a step promises is under 3 % of C, where steps shrink fast
     (else 0.3 %), or under ``enough_m`` squared per unit of weight; that last step is
@@ -456,92 +625,100 @@ def solve_full(
     Parameters
     ----------
     pose : (7 + D,) start, overwritten by the result.
-    target, weight : (M, 3) [m], (M,)
-    rest, anchor : (D,) [rad], (D,) [m^2/rad^2]
-    iterations : how many steps at most.
-    enough_m : [m] RMS below which a further decrease is not worth a step.
-
-    Returns
-    -------
-    The minimised cost and the number of steps; ``k.error`` holds the errors.
     """
+    weight, step, trial, factors = seen.weight, k.step, k.trial, k.normal
     total = 0.0
     for m in range(weight.shape[0]):
         total += weight[m]
-    floor = total * enough_m * enough_m
-    cost = misfit(pose, target, weight, tree, k) + pull_of_rest(pose, rest, anchor)
+    floor = total * control.enough_m * control.enough_m
+    fit = misfit(pose, seen, tree, k)
+    cost = fit.cost + anchor_cost(pose, anchor)
     promise = math.inf
-    for count in range(iterations):
+    for count in range(control.iterations):
         before = promise
         chord = count > 0
         if chord:
-            pull(weight, tree, k)
-            hold_to_rest(pose, rest, anchor, k)
-            for d in range(tree.limits.shape[0]):
-                if k.normal[6 + d, 6 + d] >= HELD:
-                    inwards = k.gradient[6 + d] * (pose[7 + d] - tree.limits[d, 0])
-                    outwards = k.gradient[6 + d] * (tree.limits[d, 1] - pose[7 + d])
-                    if inwards < 0.0 or outwards > 0.0:
-                        chord = False  # it wants to come away from its limit
-                    k.gradient[6 + d] = 0.0
-        if chord:
-            promise = substitute(tree, k)
-            chord = promise < 0.2 * before
+            gradient = right_hand_side(fit, weight, tree, k)
+            add_anchor_pull(pose, anchor, gradient)
+            if hold_at_limits(pose, factors, gradient, tree.limits):
+                promise = substitute(tree, factors, gradient, step)
+                chord = promise < 0.2 * before
+            else:
+                chord = False
         if not chord:
-            promise = newton_step(pose, weight, tree, k, rest, anchor, damping)
+            made = newton_step(pose, fit, weight, anchor, tree, control.damping, k)
+            promise, factors = made.promise, made.factors
         fast = count > 0 and promise < 0.2 * before
         last = promise < (0.03 if fast else 0.003) * cost + floor
         scale = 1.0
         while True:
-            advance(pose, scale, tree, k, k.trial)
-            after = misfit(k.trial, target, weight, tree, k)
-            after += pull_of_rest(k.trial, rest, anchor)
+            advance(pose, step, scale, tree, k, trial)
+            fit = misfit(trial, seen, tree, k)
+            after = fit.cost + anchor_cost(trial, anchor)
             if after <= cost:
                 break
             scale *= 0.5
             if scale < 0.02:
-                misfit(pose, target, weight, tree, k)
-                return cost, count + 1
+                fit = misfit(pose, seen, tree, k)
+                return PoseFit(cost, count + 1, fit.error)
         for n in range(pose.shape[0]):
-            pose[n] = k.trial[n]
+            pose[n] = trial[n]
         cost = after
         if last:
-            return cost, count + 1
-    return cost, iterations
+            return PoseFit(cost, count + 1, fit.error)
+    return PoseFit(cost, control.iterations, fit.error)
 
 
 @jit
-def posture(
-    mean: Floats, basis: Floats, limits: Floats, alpha: Floats, out: Floats
+def write_posture(
+    subspace: Subspace, alpha: Floats, limits: Floats, out: Floats
 ) -> None:
     """Write angles = mean + basis alpha, clipped at the limits, to ``out`` (D,)."""
     for d in range(out.shape[0]):
-        q = mean[d]
+        q = subspace.mean[d]
         for a in range(alpha.shape[0]):
-            q += basis[d, a] * alpha[a]
+            q += subspace.basis[d, a] * alpha[a]
         out[d] = min(max(q, limits[d, 0]), limits[d, 1])
 
 
 @jit
-def project(mean: Floats, basis: Floats, angles: Floats, k: Work) -> None:
-    """Write the alpha of the posture nearest to ``angles``; columns are orthogonal."""
+def nearest_alpha(subspace: Subspace, angles: Floats, k: Workspace) -> Floats:
+    """Return alpha (K,) of the posture nearest to ``angles`` (D,).
+
+    The basis has orthogonal columns.
+    """
+    mean, basis, alpha = subspace.mean, subspace.basis, k.alpha
     for a in range(basis.shape[1]):
         along, size = 0.0, 0.0
         for d in range(basis.shape[0]):
             along += basis[d, a] * (angles[d] - mean[d])
             size += basis[d, a] * basis[d, a]
-        k.alpha[a] = along / size if size > 0.0 else 0.0
+        alpha[a] = along / size if size > 0.0 else 0.0
+    return alpha
 
 
 @jit
-def reduce_to_subspace(basis: Floats, damping: float, weight: float, k: Work) -> None:
-    """Write M^T (J^T W J + D) M and M^T J^T W e for root and alpha, with the prior."""
+def reduce_to_subspace(
+    normal: Floats,
+    gradient: Floats,
+    subspace: Subspace,
+    alpha: Floats,
+    damping: float,
+    k: Workspace,
+) -> ReducedEquations:
+    """Return M^T (J^T W J + D) M and M^T J^T W e for root and alpha, with the prior.
+
+    Parameters
+    ----------
+    normal, gradient : (6 + D, 6 + D), (6 + D,) of root and angles.
+    """
+    basis, weight = subspace.basis, subspace.noise_m * subspace.noise_m
     directions, hinges = basis.shape[1], basis.shape[0]
-    image, dense, normal = k.image, k.dense, k.normal
+    image, dense, right = k.image, k.reduced_matrix, k.reduced_right
     image[:] = 0.0
     dense[:] = 0.0
     for n in range(6):
-        k.reduced[n] = k.gradient[n]
+        right[n] = gradient[n]
         for j in range(n + 1):
             dense[n, j] = normal[n, j]
         dense[n, n] += damping * 1e-3
@@ -561,13 +738,14 @@ def reduce_to_subspace(basis: Floats, damping: float, weight: float, k: Work) ->
                 if i != j:
                     image[j, a] += h * basis[i, a]
     for a in range(directions):
-        total = -weight * k.alpha[a]
+        total = -weight * alpha[a]
         for d in range(hinges):
-            total += basis[d, a] * k.gradient[6 + d]
+            total += basis[d, a] * gradient[6 + d]
             for b in range(a + 1):
                 dense[6 + a, 6 + b] += basis[d, a] * image[d, b]
-        k.reduced[6 + a] = total
+        right[6 + a] = total
         dense[6 + a, 6 + a] += weight + damping
+    return ReducedEquations(dense, right)
 
 
 @jit
@@ -596,86 +774,84 @@ def solve_dense(a: Floats, b: Floats) -> None:
 @jit
 def solve_subspace(
     pose: Floats,
-    target: Floats,
-    weight: Floats,
+    alpha: Floats,
+    seen: Observations,
+    subspace: Subspace,
     tree: Chain,
-    k: Work,
-    mean: Floats,
-    basis: Floats,
-    prior_m: float,
-    damping: float,
-    iterations: int,
-    enough_m: float,
+    control: StepControl,
+    k: Workspace,
 ) -> float:
-    """Solve for root and alpha from ``pose``'s root and ``k.alpha``, in place.
+    """Solve for root and alpha from ``pose``'s root and ``alpha``, in place.
 
     Parameters
     ----------
     pose : (7 + D,) overwritten by the result, angles within the limits.
-    mean : (D,) [rad]; basis : (D, K) [rad] columns one standard deviation long.
-    prior_m : [m] marker noise that weighs as much as one standard deviation of alpha.
+    alpha : (K,) start, overwritten.
 
     Returns
     -------
     C at the result.
     """
-    prior = prior_m * prior_m
+    prior, directions = subspace.noise_m * subspace.noise_m, alpha.shape[0]
+    root_step, trial = k.step, k.trial
     total = 0.0
-    for m in range(weight.shape[0]):
-        total += weight[m]
-    floor = total * enough_m * enough_m
-    posture(mean, basis, tree.limits, k.alpha, pose[7:])
-    cost = misfit(pose, target, weight, tree, k)
-    for _ in range(iterations):
-        pull(weight, tree, k)
-        inertia(weight, tree, k)
-        reduce_to_subspace(basis, damping, prior, k)
-        norm, promise = 0.0, 0.0
-        for a in range(basis.shape[1]):
-            norm += k.alpha[a] * k.alpha[a]
-        for n in range(k.reduced.shape[0]):
-            k.slope[n] = k.reduced[n]
-        solve_dense(k.dense, k.reduced)
-        for n in range(k.reduced.shape[0]):
-            promise += k.reduced[n] * k.slope[n]
+    for m in range(seen.weight.shape[0]):
+        total += seen.weight[m]
+    floor = total * control.enough_m * control.enough_m
+    write_posture(subspace, alpha, tree.limits, pose[7:])
+    fit = misfit(pose, seen, tree, k)
+    cost = fit.cost
+    for _ in range(control.iterations):
+        gradient = right_hand_side(fit, seen.weight, tree, k)
+        normal = normal_matrix(fit, seen.weight, tree, k)
+        reduced = reduce_to_subspace(
+            normal, gradient, subspace, alpha, control.damping, k
+        )
+        norm, promise, step = 0.0, 0.0, k.reduced_step
+        for a in range(directions):
+            norm += alpha[a] * alpha[a]
+        for n in range(step.shape[0]):
+            step[n] = reduced.right[n]
+        solve_dense(reduced.matrix, step)
+        for n in range(step.shape[0]):
+            promise += step[n] * reduced.right[n]
         scale, accepted = 1.0, False
         while not accepted and scale > 0.02:
             for n in range(6):
-                k.step[n] = k.reduced[n]
-            advance(pose, scale, tree, k, k.trial)
+                root_step[n] = step[n]
+            advance(pose, root_step, scale, tree, k, trial)
             after_norm = 0.0
-            for a in range(basis.shape[1]):
-                k.alpha[a] += scale * k.reduced[6 + a]
-                after_norm += k.alpha[a] * k.alpha[a]
-            posture(mean, basis, tree.limits, k.alpha, k.trial[7:])
-            after = misfit(k.trial, target, weight, tree, k)
-            accepted = after + prior * after_norm <= cost + prior * norm
+            for a in range(directions):
+                alpha[a] += scale * step[6 + a]
+                after_norm += alpha[a] * alpha[a]
+            write_posture(subspace, alpha, tree.limits, trial[7:])
+            fit = misfit(trial, seen, tree, k)
+            accepted = fit.cost + prior * after_norm <= cost + prior * norm
             if not accepted:
-                for a in range(basis.shape[1]):
-                    k.alpha[a] -= scale * k.reduced[6 + a]
+                for a in range(directions):
+                    alpha[a] -= scale * step[6 + a]
                 scale *= 0.5
         if not accepted:
             return cost
         for n in range(pose.shape[0]):
-            pose[n] = k.trial[n]
-        cost = after
+            pose[n] = trial[n]
+        cost = fit.cost
         if promise < 0.02 * (cost + prior * norm) + floor:
             return cost
     return cost
 
 
 @jit
-def undecided(
+def find_open_hinges(
     pose: Floats,
-    target: Floats,
-    weight: Floats,
+    seen: Observations,
     tree: Chain,
-    k: Work,
     damping: float,
     lever_m: float,
+    k: Workspace,
     out: Bools,
-) -> int:
-    """Write which hinges the weighted markers leave open.
+) -> Openness:
+    """Find the hinges that the markers of a frame leave open.
 
     A hinge is open if, with everything beyond it free, turning it by one radian moves
     the markers by less than ``lever_m``; and with it the whole finger it belongs to,
@@ -683,23 +859,19 @@ def undecided(
 
     Parameters
     ----------
-    out : (D,) overwritten in full.
-
-    Returns
-    -------
-    0 if all is decided, 1 if hinges are open, 2 if the root is.
+    damping : [m^2/rad^2]
+    out : (D,) overwritten in full, ``hinges`` of what is returned.
     """
-    misfit(pose, target, weight, tree, k)
-    pull(weight, tree, k)
-    inertia(weight, tree, k)
+    fit = misfit(pose, seen, tree, k)
+    normal = normal_matrix(fit, seen.weight, tree, k)
     for n in range(6):
-        k.normal[n, n] += damping
+        normal[n, n] += damping
     for d in range(out.shape[0]):
-        k.normal[6 + d, 6 + d] += damping
-    factorise(tree, k)
+        normal[6 + d, 6 + d] += damping
+    factorise(tree, normal)
     found = False
     for d in range(out.shape[0]):
-        out[d] = k.normal[6 + d, 6 + d] < lever_m * lever_m
+        out[d] = normal[6 + d, 6 + d] < lever_m * lever_m
         found = found or out[d]
     if found:
         for i in range(out.shape[0], 0, -1):  # inwards: what is open beyond opens it
@@ -708,38 +880,28 @@ def undecided(
         for i in range(1, out.shape[0] + 1):  # outwards
             if tree.parent[i] > 0 and out[tree.parent[i] - 1]:
                 out[i - 1] = True
+    level = HINGES_OPEN if found else ALL_DECIDED
     for n in range(6):
-        if k.normal[n, n] < lever_m * lever_m:
-            return 2
-    return 1 if found else 0
+        if normal[n, n] < lever_m * lever_m:
+            level = ROOT_OPEN
+    return Openness(level, out)
 
 
 @jit
 def information(
-    weight: Floats,
-    tree: Chain,
-    k: Work,
-    precision: Floats,
-    prior_m: float,
-    matrix: Floats,
-) -> None:
-    """Write ``J^T W J / prior_m^2 + [0 precision]``, its lower triangle.
+    fit: MarkerFit, weight: Floats, prior: AnglePrior, tree: Chain, k: Workspace
+) -> Floats:
+    """Return ``J^T W J / noise_m^2 + [0 precision]``, (6 + D, 6 + D).
 
-    To be called after `misfit` or `undecided`, of whose pose ``k`` holds points and
-    columns; overwrites ``k.normal``.
-
-    Parameters
-    ----------
-    precision : (D, D) [1/rad^2] of the prior, symmetric.
-    matrix : (6 + D, 6 + D) overwritten.
+    Of the lower triangle; the rest is not written.
     """
-    inertia(weight, tree, k)
-    normal, scale = k.normal, prior_m**-2.0
+    normal, matrix = normal_matrix(fit, weight, tree, k), k.information
+    scale = prior.noise_m**-2.0
     for i in range(matrix.shape[0]):
         for j in range(i + 1):
             matrix[i, j] = 0.0
             if i >= 6 and j >= 6:
-                matrix[i, j] = precision[i - 6, j - 6]
+                matrix[i, j] = prior.precision[i - 6, j - 6]
             if j < 6:
                 matrix[i, j] += scale * normal[i, j]
         if i >= 6:
@@ -747,48 +909,40 @@ def information(
             while j >= 6:
                 matrix[i, j] += scale * normal[i, j]
                 j = 5 + tree.parent[j - 5]
+    return matrix
 
 
 @jit
-def known_with(
-    weight: Floats,
-    tree: Chain,
-    k: Work,
-    precision: Floats,
-    prior_m: float,
-    most: tuple[float, float],
-    square: Floats,
-) -> bool:
+def factored_information(
+    fit: MarkerFit, weight: Floats, prior: AnglePrior, tree: Chain, k: Workspace
+) -> Factor:
+    """Return the Cholesky factor of what `information` returns."""
+    matrix = information(fit, weight, prior, tree, k)
+    return Factor(factor(matrix), matrix)
+
+
+@jit
+def is_spread_within(lower: Floats, most: SpreadLimits, k: Workspace) -> bool:
     """Whether markers and a prior of the angles together decide the whole posture.
 
-    With noise ``prior_m`` on the markers, root and angles have the covariance
-    ``(J^T W J / prior_m^2 + [0 precision])^-1``. They are decided if the standard
-    deviations of the root's rotation and of every hinge are small enough.
-
-    To be called after `misfit` or `undecided`, of whose pose ``k`` holds points and
-    columns; overwrites ``k.normal``.
+    They do if the standard deviations of the root's rotation and of every hinge are
+    small enough, in the covariance of root and angles.
 
     Parameters
     ----------
-    precision : (D, D) [1/rad^2] of the prior, symmetric.
-    most : [rad] largest standard deviations of the root's rotation and of a hinge.
-    square : (7 + D, 6 + D) room.
+    lower : (6 + D, 6 + D) Cholesky factor of the inverse covariance.
     """
-    size = square.shape[1]
-    row = square[size]
-    matrix = square[:size]
-    information(weight, tree, k, precision, prior_m, matrix)
-    if not factor(matrix):
-        return False
+    row = k.row
+    size = row.shape[0]
     for d in range(3, size):
         row[:] = 0.0
         row[d] = 1.0
         variance = 0.0
         for i in range(d, size):
             for n in range(d, i):
-                row[i] -= matrix[i, n] * row[n]
-            row[i] /= matrix[i, i]
+                row[i] -= lower[i, n] * row[n]
+            row[i] /= lower[i, i]
             variance += row[i] * row[i]
-        if variance > most[0 if d < 6 else 1] ** 2:
+        if variance > (most.root_rad if d < 6 else most.hinge_rad) ** 2:
             return False
     return True

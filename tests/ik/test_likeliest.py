@@ -10,10 +10,22 @@ from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
 from handclean.ik import solve as solving
 from handclean.ik.decide import precision_of
-from handclean.ik.likeliest import climb, distances, improbability, pulled, uphill
+from handclean.ik.likeliest import (
+    Spectrum,
+    combine_priors,
+    find_map_pose,
+    frames_to_nearest,
+    half_descent,
+    neg_log_posterior,
+)
 from handclean.ik.solve import chain_of, prior_arrays, solve_markers
 from handclean.io.hdf5.prior import read_prior
-from handclean.kernels.gauss_newton import advance, make_work
+from handclean.kernels.gauss_newton import (
+    AnglePrior,
+    Observations,
+    advance,
+    make_workspace,
+)
 
 NOISE = 5e-4
 
@@ -43,44 +55,40 @@ class Frame:
         self.model = model_of(name)
         prior = read_prior()
         self.mean, basis = prior_arrays(self.model, prior)
-        self.precision = precision_of(basis)
+        self.prior = AnglePrior(self.mean, precision_of(basis), NOISE)
         self.pose = likely_poses(self.model, prior, 1, rng)[0]
         self.markers = marker_positions(self.model, self.pose[None])[0]
         self.markers += rng.normal(scale=NOISE, size=self.markers.shape)
         self.weight = np.ones(len(self.markers))
         self.chain = chain_of(self.model)
-        self.work = make_work(len(self.mean), len(self.markers), basis.shape[1])
+        self.work = make_workspace(len(self.mean), len(self.markers), basis.shape[1])
+
+    def posterior(self, pose):
+        seen = Observations(self.markers, self.weight)
+        return neg_log_posterior(pose, seen, self.prior, self.chain, self.work)
 
     def cost(self, pose):
-        return improbability(
-            pose, self.markers, self.weight, self.chain, self.work, self.mean,
-            self.precision, NOISE,
-        )  # fmt: skip
+        return self.posterior(pose).cost
 
     def moved(self, pose, step):
-        self.work.step[:] = step
         out = np.zeros_like(pose)
-        advance(pose, 1.0, self.chain, self.work, out)
+        advance(pose, step, 1.0, self.chain, self.work, out)
         return out
 
-    def climbed(self, pose):
-        pose, size = pose.copy(), len(self.mean) + 6
-        cost = climb(
-            pose, self.markers, self.weight, self.chain, self.work, self.mean,
-            self.precision, NOISE, self.chain.limits, np.zeros((size, size)),
-        )  # fmt: skip
-        return pose, cost
+    def likeliest(self, pose):
+        pose, seen = pose.copy(), Observations(self.markers, self.weight)
+        found = find_map_pose(pose, seen, self.prior, self.chain, self.work)
+        return pose, found.cost
 
 
 def test_the_gradient_is_that_of_finite_differences(rng):
     frame = Frame("hoyet8", rng)
     pose = frame.pose.copy()
     pose[7:] = frame.model.tree.limits @ [0.5, 0.5]
-    frame.cost(pose)
-    uphill(
-        pose, frame.weight, frame.chain, frame.work, frame.mean, frame.precision, NOISE
-    )
-    gradient = frame.work.gradient.copy()
+    fit = frame.posterior(pose).fit
+    gradient = half_descent(
+        pose, fit, frame.weight, frame.prior, frame.chain, frame.work
+    ).copy()
     for n, entry in enumerate(gradient):
         step = np.zeros(len(gradient))
         step[n] = 1e-6
@@ -96,10 +104,10 @@ def test_scipy_finds_nothing_likelier_nearby(name, rng):
         frame = Frame(name, rng)
         start = frame.pose.copy()
         start[7:] = np.clip(frame.mean, *frame.chain.limits.T)
-        found, cost = frame.climbed(start)
+        found, cost = frame.likeliest(start)
         assert cost == frame.cost(found) <= frame.cost(start)
         for _ in range(4):
-            before, (found, cost) = cost, frame.climbed(found)
+            before, (found, cost) = cost, frame.likeliest(found)
             assert before - 0.3 < cost <= before
         low, high = (frame.chain.limits - found[7:, None]).T
         scale = np.r_[np.full(3, 1e-3), np.full(3 + len(low), 0.03)]
@@ -118,13 +126,13 @@ def test_scipy_finds_nothing_likelier_nearby(name, rng):
         assert best.fun > cost - 0.02 - 1e-3 * cost
 
 
-def test_a_climb_ends_within_the_limits_and_never_lower(rng):
+def test_the_search_ends_within_the_limits_and_never_lower(rng):
     frame = Frame("hoyet6", rng)
     low, high = frame.chain.limits.T
     for _ in range(40):
         start = frame.pose.copy()
         start[7:] = rng.uniform(low, high)
-        found, cost = frame.climbed(start)
+        found, cost = frame.likeliest(start)
         assert cost <= frame.cost(start)
         assert (low <= found[7:]).all()
         assert (found[7:] <= high).all()
@@ -135,21 +143,23 @@ def test_two_priors_are_one_with_their_product(rng):
     root = rng.normal(size=(5, 5))
     precision = root @ root.T + np.eye(5)
     values, vectors = np.linalg.eigh(precision)
-    rest, tight = np.zeros(5), np.zeros((5, 5))
-    pulled(angles, 3.0, mean, precision, values, vectors, rest, tight)
-    np.testing.assert_allclose(tight, precision + 3.0 * np.eye(5))
-    np.testing.assert_allclose(tight @ rest, precision @ mean + 3.0 * angles)
+    prior = AnglePrior(mean, precision, NOISE)
+    both = AnglePrior(np.full(5, np.nan), np.full((5, 5), np.nan), NOISE)
+    combine_priors(angles, 3.0, prior, Spectrum(values, vectors), both)
+    np.testing.assert_allclose(both.precision, precision + 3.0 * np.eye(5))
+    want = precision @ mean + 3.0 * angles
+    np.testing.assert_allclose(both.precision @ both.mean, want)
 
 
 def test_distances_count_to_the_nearest_frame_that_stays():
     stays = np.array([0, 0, 1, 0, 0, 0, 1, 0], dtype=bool)
-    assert distances(stays).tolist() == [2, 1, 0, 1, 2, 1, 0, 1]
+    assert frames_to_nearest(stays).tolist() == [2, 1, 0, 1, 2, 1, 0, 1]
 
 
 def without(monkeypatch, *arguments, **named):
     """What is solved without the pass."""
     with monkeypatch.context() as patch:
-        patch.setattr(solving, "make_likeliest", lambda *_: None)
+        patch.setattr(solving, "find_map_poses", lambda *_: None)
         return solve_markers(*arguments, **named)
 
 

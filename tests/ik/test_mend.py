@@ -24,13 +24,13 @@ def model():
 @pytest.fixture
 def mend_alone(monkeypatch):
     """What is mended is not made likeliest afterwards."""
-    monkeypatch.setattr(solving, "make_likeliest", lambda *parts: None)
+    monkeypatch.setattr(solving, "find_map_poses", lambda *parts: None)
 
 
 def unmended(monkeypatch, *args, **kwargs):
     """The same without taking jumps out."""
     with monkeypatch.context() as patch:
-        patch.setattr(solving, "mend", lambda *parts: None)
+        patch.setattr(solving, "remove_jumps", lambda *parts: None)
         return solve_markers(*args, **kwargs)
 
 

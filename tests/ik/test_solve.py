@@ -124,7 +124,7 @@ def test_the_subspace_moves_fingers_nobody_sees_and_standard_does_not(
 
     prior = prior_of(subject, mean, basis)
     likeliest, standard = error(prior), error(None)
-    monkeypatch.setattr(solving, "make_likeliest", lambda *parts: None)
+    monkeypatch.setattr(solving, "find_map_poses", lambda *parts: None)
     layered = error(prior)
     assert layered < 1.0
     assert likeliest < 0.5 * standard

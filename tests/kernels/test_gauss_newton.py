@@ -43,38 +43,47 @@ def problem(request, rng):
 
 
 def prepared(model, pose, target, weight):
-    work = gn.make_work(len(model.tree.hinges), len(target), 0)
+    work = gn.make_workspace(len(model.tree.hinges), len(target))
     tree = chain_of(model)
-    cost = gn.misfit(pose, target, weight, tree, work)
-    gn.pull(weight, tree, work)
-    gn.inertia(weight, tree, work)
-    return cost, tree, work
+    fit = gn.misfit(pose, gn.Observations(target, weight), tree, work)
+    return fit, tree, work
+
+
+def solved(model, pose, target, control):
+    """Solve for a pose in place, all hinges free; return the cost."""
+    zeros = np.zeros(len(model.tree.hinges))
+    seen = gn.Observations(target, np.ones(len(target)))
+    work = gn.make_workspace(len(zeros), len(target))
+    anchor = gn.Anchor(zeros, zeros)
+    return gn.solve_full(pose, seen, anchor, chain_of(model), control, work).cost
 
 
 def test_cost_and_right_hand_side_are_those_of_the_jacobian(problem):
     model, pose, target, weight, _, right, want = problem
-    cost, _, work = prepared(model, pose, target, weight)
-    np.testing.assert_allclose(cost, want, rtol=1e-12)
-    np.testing.assert_allclose(work.gradient, right, atol=1e-12)
+    fit, tree, work = prepared(model, pose, target, weight)
+    np.testing.assert_allclose(fit.cost, want, rtol=1e-12)
+    got = gn.right_hand_side(fit, weight, tree, work)
+    np.testing.assert_allclose(got, right, atol=1e-12)
 
 
 def test_normal_matrix_is_the_jacobians_and_empty_between_branches(problem):
     model, pose, target, weight, normal, _, _ = problem
-    _, _, work = prepared(model, pose, target, weight)
-    got = np.tril(work.normal)
+    fit, tree, work = prepared(model, pose, target, weight)
+    got = np.tril(gn.normal_matrix(fit, weight, tree, work))
     np.testing.assert_allclose(got, np.tril(normal), atol=1e-12)
 
 
 def test_step_solves_the_dense_system(problem):
     model, pose, target, weight, normal, right, _ = problem
-    _, tree, work = prepared(model, pose, target, weight)
-    damping = 1e-4
-    for n in range(len(right)):
-        work.normal[n, n] += damping
-    gn.factorise(tree, work)
-    promise = gn.substitute(tree, work)
+    fit, tree, work = prepared(model, pose, target, weight)
+    damping, step = 1e-4, np.full(len(right), np.nan)
+    factors = gn.normal_matrix(fit, weight, tree, work)
+    factors[np.diag_indices(len(right))] += damping
+    gn.factorise(tree, factors)
+    gradient = gn.right_hand_side(fit, weight, tree, work)
+    promise = gn.substitute(tree, factors, gradient, step)
     want = np.linalg.solve(normal + damping * np.eye(len(right)), right)
-    np.testing.assert_allclose(work.step, want, rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(step, want, rtol=1e-8, atol=1e-10)
     np.testing.assert_allclose(promise, want @ right, rtol=1e-8)
 
 
@@ -93,12 +102,7 @@ def test_result_is_the_optimum_a_general_solver_finds(rng):
         best = least_squares(
             residual, np.zeros(len(truth) - 1), xtol=1e-14, ftol=1e-14, gtol=1e-14
         )
-        work = gn.make_work(len(model.tree.hinges), len(target), 0)
-        zeros = np.zeros(len(model.tree.hinges))
-        cost, _ = gn.solve_full(
-            start, target, np.ones(len(target)), chain_of(model), work,
-            zeros, zeros, 1e-12, 50, 1e-9,
-        )  # fmt: skip
+        cost = solved(model, start, target, gn.StepControl(1e-12, 1e-9, 50))
         assert np.sqrt(cost) <= 1.01 * np.sqrt(2 * best.cost) + 1e-9
 
 
@@ -110,12 +114,7 @@ def test_angles_stay_within_limits_and_a_held_joint_is_the_best_there(rng):
     pose[7:] = 2.5  # [rad] beyond the limits of 2.0
     target = hand_model.marker_positions(model, pose[None])[0]
     pose[7:] = 1.9
-    work = gn.make_work(len(model.tree.hinges), len(target), 0)
-    zeros = np.zeros(len(model.tree.hinges))
-    gn.solve_full(
-        pose, target, np.ones(len(target)), chain_of(model), work,
-        zeros, zeros, 1e-9, 60, 1e-9,
-    )  # fmt: skip
+    solved(model, pose, target, gn.StepControl(1e-9, 1e-9, 60))
     assert (pose[7:] <= 2.0).all()
     assert (pose[7:] >= -2.0).all()
     assert (pose[7:] > 1.9).any()
@@ -132,11 +131,7 @@ def test_no_bounded_solver_improves_on_a_result_at_limits(rng):
         model = replace(model, tree=replace(tree, limits=limits))
         pose = truth.copy()
         pose[7:] = np.clip(truth[7:], -0.2, 0.2)
-        zeros = np.zeros(hinges)
-        cost, _ = gn.solve_full(
-            pose, target, np.ones(len(target)), chain_of(model),
-            gn.make_work(hinges, len(target), 0), zeros, zeros, 1e-12, 100, 1e-9,
-        )  # fmt: skip
+        cost = solved(model, pose, target, gn.StepControl(1e-12, 1e-9, 100))
         assert (np.abs(pose[7:]) <= 0.25).all()
         held += (np.abs(pose[7:]) == 0.25).sum()
 
@@ -159,22 +154,27 @@ def test_subspace_gradient_is_that_of_the_chain_rule(problem, rng):
     model, pose, target, weight, normal, right, _ = problem
     hinges, directions = len(model.tree.hinges), 2
     basis = rng.normal(size=(hinges, directions))
-    work = gn.make_work(hinges, len(target), directions)
-    tree = chain_of(model)
-    gn.misfit(pose, target, weight, tree, work)
-    gn.pull(weight, tree, work)
-    gn.inertia(weight, tree, work)
-    work.alpha[:] = [0.3, -0.2]
-    gn.reduce_to_subspace(basis, 0.0, 1e-3, work)
+    work = gn.make_workspace(hinges, len(target), directions)
+    tree, alpha = chain_of(model), np.array([0.3, -0.2])
+    fit = gn.misfit(pose, gn.Observations(target, weight), tree, work)
+    subspace = gn.Subspace(np.zeros(hinges), basis, np.sqrt(1e-3))
+    reduced = gn.reduce_to_subspace(
+        gn.normal_matrix(fit, weight, tree, work),
+        gn.right_hand_side(fit, weight, tree, work),
+        subspace,
+        alpha,
+        0.0,
+        work,
+    )
     mapping = np.zeros((6 + hinges, 6 + directions))
     mapping[:6, :6] = np.eye(6)
     mapping[6:, 6:] = basis
     want = mapping.T @ normal @ mapping
     want[6:, 6:] += 1e-3 * np.eye(directions)
     pull = mapping.T @ right
-    pull[6:] -= 1e-3 * work.alpha
-    np.testing.assert_allclose(np.tril(work.dense), np.tril(want), atol=1e-12)
-    np.testing.assert_allclose(work.reduced, pull, atol=1e-12)
+    pull[6:] -= 1e-3 * alpha
+    np.testing.assert_allclose(np.tril(reduced.matrix), np.tril(want), atol=1e-12)
+    np.testing.assert_allclose(reduced.right, pull, atol=1e-12)
 
 
 def test_dense_solver_agrees_with_numpys(rng):
@@ -196,9 +196,10 @@ def test_markers_and_prior_decide_what_the_dense_covariance_says(problem, rng):
     whole[6:, 6:] += precision
     deviations = np.sqrt(np.diag(np.linalg.inv(whole)))
     worst = deviations[3:6].max(), deviations[6:].max()
-    square = np.zeros((hinges + 7, hinges + 6))
+    prior = gn.AnglePrior(np.zeros(hinges), precision, noise)
     for share, want in (((1.01, 1.01), True), ((0.99, 9.0), False), ((9.0, 0.99), 0)):
-        _, tree, work = prepared(model, pose, target, weight)
-        most = worst[0] * share[0], worst[1] * share[1]
-        known = gn.known_with(weight, tree, work, precision, noise, most, square)
-        assert known == bool(want)
+        fit, tree, work = prepared(model, pose, target, weight)
+        most = gn.SpreadLimits(worst[0] * share[0], worst[1] * share[1])
+        made = gn.factored_information(fit, weight, prior, tree, work)
+        assert made.positive
+        assert gn.is_spread_within(made.lower, most, work) == bool(want)

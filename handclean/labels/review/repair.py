@@ -14,7 +14,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.ik.settings import SolveConfig
 from handclean.kernels import jit
-from handclean.kernels.gauss_newton import misfit
+from handclean.kernels.gauss_newton import Observations, misfit
 from handclean.labels.review.suppose import measured
 from handclean.labels.search.align import search
 from handclean.labels.settings import LabelConfig
@@ -71,7 +71,7 @@ def amend(t: int, way: Way, s: State, kit: Kit, trace: Trace) -> float:
     s.pose[:] = trace.pose[t]
     if target_of(points, s.chosen, s.target, s.weight) < 4:
         return math.inf
-    misfit(s.pose, s.target, s.weight, kit.tree, kit.k)
+    misfit(s.pose, Observations(s.target, s.weight), kit.tree, kit.k)
     cost = worth(s.weight, kit)
     s.attempt[:] = s.pose
     chosen = s.chosen.copy()
@@ -244,7 +244,7 @@ def _stranger(
     state.pose[:], state.chosen[:] = ways[0].pose, ways[0].chosen
     points = way.at[way.start[t] : way.start[t + 1]]
     target_of(points, state.chosen, state.target, state.weight)
-    misfit(state.pose, state.target, state.weight, kit.tree, kit.k)
+    misfit(state.pose, Observations(state.target, state.weight), kit.tree, kit.k)
     return float(worth(state.weight, kit))
 
 

@@ -25,7 +25,7 @@ from handclean.hand.model import marker_positions
 from handclean.ik.settings import SolveConfig
 from handclean.kernels import jit
 from handclean.kernels.align import align
-from handclean.kernels.gauss_newton import misfit
+from handclean.kernels.gauss_newton import Observations, misfit
 from handclean.kernels.rotations import matrix_from_quaternion
 from handclean.labels.clusters import candidates
 from handclean.labels.target import Sought, scaled
@@ -249,7 +249,7 @@ def _finished(points: Floats, one: _Bent, frame: int, alpha: float) -> Found:
     target_of(points, state.chosen, state.target, state.weight)
     cost = reach_out(pose, points, state, kit, REACH, one.cost)
     exchange(pose, points, state, kit, cost)
-    misfit(pose, state.target, state.weight, kit.tree, kit.k)
+    misfit(pose, Observations(state.target, state.weight), kit.tree, kit.k)
     has = state.chosen >= 0
     away = np.linalg.norm(kit.k.error[has], axis=1)
     score = away.mean() / one.thing.spacing + alpha * (1.0 - has.mean())

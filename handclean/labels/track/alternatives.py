@@ -12,7 +12,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.kernels import jit
 from handclean.kernels.align import align
-from handclean.kernels.gauss_newton import misfit
+from handclean.kernels.gauss_newton import Observations, misfit
 from handclean.labels.track.fit import (
     bend,
     distances,
@@ -126,7 +126,7 @@ def rebend(pose: Floats, branch: int, s: State, kit: Kit) -> float:
             best = found
             best_pose[:] = trial
     pose[:] = best_pose
-    misfit(pose, s.target, s.weight, kit.tree, kit.k)
+    misfit(pose, Observations(s.target, s.weight), kit.tree, kit.k)
     return best
 
 
@@ -185,7 +185,7 @@ def reach_out(
                 if same or target_of(points, s.chosen, s.target, s.weight) < 4:
                     break
                 resettle(pose, kit.none, s, kit)
-            misfit(pose, s.target, s.weight, kit.tree, kit.k)
+            misfit(pose, Observations(s.target, s.weight), kit.tree, kit.k)
             after = worth(s.weight, kit)
             if after < cost - BETTER:
                 cost = after

@@ -5,9 +5,16 @@ import math
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.ik.frames import settle
+from handclean.ik.frames import PoseProblem, solve_frame
 from handclean.kernels import jit
-from handclean.kernels.gauss_newton import misfit, undecided
+from handclean.kernels.gauss_newton import (
+    Observations,
+    Openness,
+    StepControl,
+    Subspace,
+    find_open_hinges,
+    misfit,
+)
 from handclean.labels.track.tracker import Kit, State, put
 from handclean.numerics.assignment import assign_rows
 
@@ -51,20 +58,24 @@ def resettle(pose: Floats, basis: Floats, s: State, kit: Kit) -> None:
     ----------
     basis : ``kit.basis`` to begin in the posture subspace, or ``kit.none``.
     """
-    same = True
+    same, seen = True, Observations(s.target, s.weight)
     for m in range(s.weight.shape[0]):
         same = same and (s.weight[m] > 0.0) == (s.there[m] > 0.0)
         s.there[m] = s.weight[m]
+    damping, enough_m, prior_m = kit.numbers
     if not same or s.tally[0] == 2:
-        s.tally[0] = undecided(
-            pose, s.target, s.weight, kit.tree, kit.k, kit.numbers[0], kit.rules.lever,
-            s.is_open,
-        )  # fmt: skip
-    settle(
-        pose, s.target, s.weight, kit.tree, kit.k, kit.mean, basis, s.is_open,
-        max(s.tally[0], 1), s.rest, s.anchor, kit.numbers, 20,
-    )  # fmt: skip
-    misfit(pose, s.target, s.weight, kit.tree, kit.k)
+        s.tally[0] = find_open_hinges(
+            pose, seen, kit.tree, damping, kit.rules.lever, kit.k, s.is_open
+        ).level
+    problem = PoseProblem(
+        kit.tree,
+        Subspace(kit.mean, basis, prior_m),
+        StepControl(damping, enough_m, 20),
+        kit.rules.lever,
+    )
+    open_now = Openness(max(s.tally[0], 1), s.is_open)
+    solve_frame(pose, seen, open_now, problem, kit.k)
+    misfit(pose, seen, kit.tree, kit.k)
 
 
 @jit
@@ -140,5 +151,5 @@ def bend(
             break
         gate = max(0.75 * gate, least)
         resettle(pose, basis if turn < LAYERS else kit.none, s, kit)
-    misfit(pose, s.target, s.weight, kit.tree, kit.k)
+    misfit(pose, Observations(s.target, s.weight), kit.tree, kit.k)
     return worth(s.weight, kit)

@@ -29,7 +29,7 @@ import numpy as np
 
 from handclean.arrays import Floats, Floats32, Ints
 from handclean.kernels import jit
-from handclean.kernels.gauss_newton import misfit
+from handclean.kernels.gauss_newton import Observations, misfit
 from handclean.labels.track.alternatives import rebend, recover
 from handclean.labels.track.fit import distance, resettle, worth
 from handclean.labels.track.residual_gate import STEADY, learn, threshold
@@ -555,7 +555,7 @@ def follow(
         look_again(points, s, book, kit, cost)
         admit(s, book, kit, count)
         freeze(s, kit)
-        misfit(s.pose, s.target, s.weight, kit.tree, kit.k)
+        misfit(s.pose, Observations(s.target, s.weight), kit.tree, kit.k)
         trace.cost[t] = worth(s.weight, kit)
         keep(t, way.start[t], s, book, kit, trace)
         learn_links(t, way, s)

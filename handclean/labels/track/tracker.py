@@ -9,7 +9,7 @@ from handclean.arrays import Bools, Bytes, Floats, Floats32, Ints
 from handclean.ik.settings import SolveConfig
 from handclean.kernels import jit
 from handclean.kernels.chain import place_links, place_points
-from handclean.kernels.gauss_newton import Chain, Work, make_work
+from handclean.kernels.gauss_newton import Chain, Workspace, make_workspace
 from handclean.labels.settings import LabelConfig
 from handclean.labels.target import Sought
 from handclean.labels.track.residual_gate import Usual, usual
@@ -32,7 +32,7 @@ class Rules(NamedTuple):
 
     seen_price, gone_price : price of "no match" of a marker seen, not seen, before.
     floor : [m] least prediction error; drift : [m] growth per frame out of sight;
-    reach : [m]; strict, small : of the threshold; lever : [m], see `undecided`;
+    reach : [m]; strict, small : of the threshold; lever : [m], see `find_open_hinges`;
     patience : frames without enough markers after which the model is lost; turn :
     [rad] that a hinge turns at most in a frame; swing : [rad] that it usually does.
     """
@@ -60,7 +60,7 @@ class Kit(NamedTuple):
     """
 
     tree: Chain
-    k: Work
+    k: Workspace
     mean: Floats
     basis: Floats
     none: Floats
@@ -102,9 +102,9 @@ class State(NamedTuple):
 
     pose, last, velocity, attempt (7 + D,); places, expected, target (M, 3); weight,
     s2, price, there (M,); chosen, trial (M,); frozen, is_open (D,); rest, anchor (D,);
-    sure (M,); tally (3,) level of `undecided`, frames with too little, markers kept;
-    gain (3,) of `learn_velocity`; held (M,) row of each marker's point in the last
-    frame, -1 none; trust (1,) share of links that were right.
+    sure (M,); tally (3,) level of `find_open_hinges`, frames with too little, markers
+    kept; gain (3,) of `learn_velocity`; held (M,) row of each marker's point in the
+    last frame, -1 none; trust (1,) share of links that were right.
     """
 
     pose: Floats
@@ -174,7 +174,7 @@ def kit_of(thing: Sought, rules: Rules, solving: SolveConfig) -> Kit:
     of_link = _branch_of_links(thing)
     return Kit(
         tree=thing.chain,
-        k=make_work(hinges, markers, thing.basis.shape[1]),
+        k=make_workspace(hinges, markers, thing.basis.shape[1]),
         mean=thing.mean,
         basis=thing.basis,
         none=np.zeros((hinges, 0)),

@@ -1,0 +1,67 @@
+"""Why markers do not fit a subject: its unit, its person, its side or its names."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from people import exercise, person
+
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.model import marker_positions
+from handclean.hand.subject import template_subject
+from handclean.ik.whose import APART_M, pairs, reason
+from handclean.tree import MIRROR
+
+
+@pytest.fixture(scope="module")
+def subject():
+    one = template_subject(load_marker_set("maycock26"))
+    return replace(one, calibrated=True, marker_sigma=np.full(26, 5e-4))
+
+
+@pytest.fixture
+def seen(subject, rng):
+    places = marker_positions(
+        subject.model, exercise(rng, subject.model.tree, 40, 50.0)
+    )
+    return places + rng.normal(scale=2e-4, size=places.shape)
+
+
+def test_pairs_sit_on_one_bone_apart_from_each_other(subject):
+    model = subject.model
+    both = pairs(subject)
+    assert len(both) > 2
+    one, two = both.T
+    np.testing.assert_array_equal(model.bone[one], model.bone[two])
+    assert (np.linalg.norm(model.at[one] - model.at[two], axis=1) >= APART_M).all()
+    assert (one < two).all()
+
+
+@pytest.mark.parametrize("size", [1e-3, 10.0, 1e3])
+def test_distances_of_no_hand_are_another_unit(subject, seen, size):
+    assert f"{size:.3g} times as far apart" in reason(subject, size * seen)
+
+
+def test_distances_that_are_wrong_by_millimetres_are_another_person(subject, rng):
+    other = person(3).model
+    there = marker_positions(other, exercise(rng, other.tree, 40, 50.0))
+    assert "another person's subject" in reason(subject, there)
+
+
+def test_the_subjects_own_distances_mean_the_other_side_or_exchanged_names(
+    subject, seen
+):
+    assert "the other hand, or exchanged names" in reason(subject, seen * MIRROR)
+
+
+def test_a_hand_nobody_measured_does_not_tell_people_apart(subject, seen):
+    bare = replace(subject, marker_sigma=np.full(26, np.nan))
+    assert reason(bare, seen) == "another marker set, or the other hand?"
+
+
+def test_one_pair_in_sight_tells_nothing(subject, seen):
+    both = pairs(subject)
+    few = np.full_like(seen, np.nan)
+    few[:, both[0]] = seen[:, both[0]]
+    text = reason(subject, few)
+    assert text == "another person's subject, the other hand, or exchanged names?"
