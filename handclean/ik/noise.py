@@ -6,15 +6,16 @@ from handclean.arrays import Floats
 from handclean.hand.model import Model, marker_positions
 from handclean.ik.solve import Solution
 
-QUIETEST = 2e-5
-"""[m] marker noise per axis is not believed to be less."""
+MIN_NOISE_M = 2e-5
+"""[m] noise of a marker per axis is not taken to be less. Chosen: about what a good
+optical system has."""
 
-UNTOLD = 3e-4
+UNDETERMINED_NOISE_M = 3e-4
 """[m] the least where postures have more unknowns than markers have numbers, so that
-residuals say nothing."""
+residuals say nothing. Chosen."""
 
-MOST_FITTED = 2.5
-"""Noise is not believed to be more than so many times the residuals."""
+MAX_ABSORPTION = 2.5
+"""Noise is not taken to be more than so many times the residuals. Chosen."""
 
 
 def marker_noise(
@@ -39,7 +40,7 @@ def marker_noise(
     rms[count == 0] = np.median(rms[count > 0]) if np.any(count > 0) else 0.0
     numbers = 3 * int(count.sum())
     left = numbers - int(trusted.sum()) * model.tree.dofs
-    least = QUIETEST if left > 0 else UNTOLD
-    absorbed = np.sqrt(max(numbers, 1) / max(left, numbers / MOST_FITTED**2, 1))
+    least = MIN_NOISE_M if left > 0 else UNDETERMINED_NOISE_M
+    absorbed = np.sqrt(max(numbers, 1) / max(left, numbers / MAX_ABSORPTION**2, 1))
     noise = absorbed * np.fmax(rms, known) / np.sqrt(3.0)
     return np.asarray(np.maximum(noise, least))
