@@ -4,7 +4,10 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
+from handclean.commands.shared.choices import Inspecting
+from handclean.errors import UsageError
 from handclean.io import files
+from handclean.io.c3d.verify import Verdict, verify_c3d
 from handclean.io.hdf5 import seal
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
@@ -76,6 +79,8 @@ FIGURES = {
     "parts": "HDF5 of another kind than a session: its parts",
     "traps": "what is odd, one line each",
     "trap_count": "how many of them",
+    "verify": "C3D: what the c3d package reads otherwise, by part (--verify)",
+    "verify_differing": "C3D: values that it reads otherwise, null if it reads none",
     "other": "what else the format tells",
 }
 
@@ -88,8 +93,15 @@ _OF_ANY = ("format", "parts", "traps")
 _MORE = {"point": " without a name", "joint": " with angles"}
 
 
-def inspect(source: Source, settings: None) -> Outcome:
-    """Look into a file; one that is damaged is read as far as it goes."""
+def inspect(source: Source, settings: Inspecting | None) -> Outcome:
+    """Look into a file; one that is damaged is read as far as it goes.
+
+    Raises
+    ------
+    UsageError
+        If a file that is to be compared is no C3D.
+    """
+    verdict = _verified(source) if settings is not None and settings.verify else None
     about = files.inspect(
         source.path,
         rate_hz=source.rate_hz,
@@ -110,11 +122,39 @@ def inspect(source: Source, settings: None) -> Outcome:
     figures["trap_count"] = len(figures.setdefault("traps", []))
     if about:
         figures["other"] = about
+    if verdict is not None:
+        return _compared(figures, verdict)
     if glove is None or "rotations" not in figures:
         return Outcome(line=in_words(figures), figures=figures)
     more = glove.in_words(figures)
     return Outcome(
         line=in_words(figures, more), figures=figures, details=glove.rows(figures)
+    )
+
+
+def _verified(source: Source) -> Verdict:
+    if source.path.suffix.lower() != ".c3d":
+        raise UsageError("--verify compares C3D files", where=source.path)
+    return verify_c3d(source.path)
+
+
+def _compared(figures: dict[str, Any], verdict: Verdict) -> Outcome:
+    """Tell of a file that the ``c3d`` package has read, too."""
+    differing = None if verdict.unread else verdict.differing
+    said = {
+        "equal": "equal by the c3d package",
+        "different": f"{differing} values differ by the c3d package",
+        "unread": f"the c3d package cannot read it ({verdict.unread})",
+    }
+    return Outcome(
+        line=f"{in_words(figures)}; {said[verdict.status]}",
+        details="\n".join(f"  {line}" for line in verdict.lines()),
+        figures={
+            **figures,
+            "verify": verdict.as_data(),
+            "verify_differing": differing,
+        },
+        differs=verdict.status == "different",
     )
 
 

@@ -168,6 +168,7 @@ class Report:
     figures : plain JSON values.
     warnings : what its owner should know, one line each.
     error : one line, when failed.
+    differs : whether a comparison found a difference, when done.
     exit_status : of that failure: 1, or 2 for wrong usage.
     seconds : how long it took.
     trace : where in the code it failed, for the curious.
@@ -179,6 +180,7 @@ class Report:
     figures: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     error: str = ""
+    differs: bool = False
     exit_status: int = 1
     seconds: float = 0.0
     trace: str = ""

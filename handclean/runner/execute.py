@@ -174,6 +174,7 @@ def _done(
         details=outcome.details,
         figures=figures,
         warnings=(*outcome.warnings, *lost),
+        differs=outcome.differs,
     )
 
 

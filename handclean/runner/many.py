@@ -31,6 +31,7 @@ from handclean.runner.workers import in_workers
 Reports = Generator[tuple[int, Report], None, None]
 
 FAILED, WRONG_USAGE, NOT_MET = 1, 2, 3
+DIFFERENT = 1
 """Exit statuses beside 0."""
 
 
@@ -142,6 +143,8 @@ def _exit_status(reports: Sequence[Report], met: bool) -> int:
         all_wrong = all(report.exit_status == WRONG_USAGE for report in wrong)
         nothing_done = len(wrong) == len(reports)
         return WRONG_USAGE if all_wrong and nothing_done else FAILED
+    if any(report.differs for report in reports):
+        return DIFFERENT
     return 0 if met else NOT_MET
 
 

@@ -33,6 +33,8 @@ class Outcome:
         long it took is none of them.
     warnings : what the owner of the input should know, one line each.
     writers : one for each output of the task.
+    differs : whether the step compared and found a difference, which the exit status
+        tells (1), though nothing failed.
     history : provenance of what was read; the step's own entry comes after it.
     """
 
@@ -41,4 +43,5 @@ class Outcome:
     figures: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     writers: tuple[Writer, ...] = ()
+    differs: bool = False
     history: tuple[Entry, ...] = ()

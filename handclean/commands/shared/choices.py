@@ -77,6 +77,13 @@ class Scanning:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Inspecting:
+    """Whether a C3D is also read by the ``c3d`` package and compared."""
+
+    verify: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
 class Converting:
     """Whose joints a skinned hand has: a shipped joint map or a file; what else.
 

@@ -46,6 +46,15 @@ def read_events(
     return tuple(found[n] for n in order)
 
 
+def events_as_stored(
+    head: Head,
+) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
+    """Return time [s] and label of the header's events and of the EVENT group's."""
+    parts = (_header_events(head), _group_events(head.section, 0.0))
+    header, group = ([(e.time, e.label) for e in events] for events in parts)
+    return header, group
+
+
 def _before(first_frame: int, rate: float) -> float:
     """[s] from frame 1 to the first frame that is stored."""
     return max(first_frame - 1, 0) / rate

@@ -208,7 +208,7 @@ def inspect_c3d(
     elif named_unit(said) is None:
         traps.append(f"POINT:UNITS is '{said}', which is no unit known here")
     known = named_unit(said)
-    rate = _stated_rate(structure)
+    rate = stated_rate(structure)
     if not rate > 0:
         traps.append(f"POINT:RATE is {rate:g}")
     columns = sort_columns(structure, UNLABELLED)
@@ -285,7 +285,7 @@ def _seen(markers: Trajectories) -> dict[str, int]:
     return {label: int(np.count_nonzero(column)) for label, column in seen.items()}
 
 
-def _stated_rate(structure: Structure) -> float:
+def stated_rate(structure: Structure) -> float:
     """[Hz] POINT:RATE, else the header's; NaN where it is no number."""
     said = structure.head.section.numbers("POINT", "RATE")
     rate = float(said[0]) if said.size else structure.head.header.rate
@@ -293,7 +293,7 @@ def _stated_rate(structure: Structure) -> float:
 
 
 def _rate(structure: Structure, option: float | None) -> float:
-    stated = _stated_rate(structure)
+    stated = stated_rate(structure)
     if not stated > 0 and option is None:
         right = "it should be above 0 Hz; --rate HZ gives it"
         raise FileError(structure.path, f"POINT:RATE is {stated:g}", right)

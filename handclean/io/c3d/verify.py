@@ -1,0 +1,327 @@
+"""A C3D file read twice: by handclean's codec and by the ``c3d`` package.
+
+Both are asked what is stored, before anything is decided about it: points at (0, 0, 0)
+are there, lengths stay in the file's unit. Frames are compared in the order in which
+they are stored, and named by their numbers as handclean counts them.
+
+Numbers are equal when they differ by no more than a few steps of a 32-bit float, since
+the package keeps places and residuals as such. Residuals and cameras are compared where
+both say that a point is there.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handclean.arrays import Bools
+from handclean.io.c3d.analog import read_analog
+from handclean.io.c3d.events import events_as_stored
+from handclean.io.c3d.read import stated_rate
+from handclean.io.c3d.samples import Samples, Tally, decode, new_samples
+from handclean.io.c3d.scale import settle_scale
+from handclean.io.c3d.structure import Structure, open_c3d
+from handclean.io.c3d.witness import UnreadError, Witness, read_witness
+from handclean.recording import Analog
+
+_STEPS = 4.0 * float(np.finfo(np.float32).eps)
+"""Share by which equal numbers may differ: 4 steps of 32-bit floats, as both round a
+product of two such."""
+
+_TINY = 1e-37
+"""Smaller numbers are 0 to one of the two: subnormal floats, and those of a DEC."""
+
+_LISTED = 10
+"""Runs of frames that are listed."""
+
+_MISSING = -1.0
+"""The package's residual of a missing point."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One part of a file, as both read it.
+
+    Attributes
+    ----------
+    name : what it is.
+    compared, differing : values that both have, and how many of them differ.
+    largest : difference of numbers, None where they are none.
+    unit : of the numbers.
+    frames : numbers of first and last frame of runs in which values differ; the first
+        runs only.
+    ours, theirs : single values, None for arrays.
+    """
+
+    name: str
+    compared: int
+    differing: int = 0
+    largest: float | None = None
+    unit: str = ""
+    frames: tuple[tuple[int, int], ...] = ()
+    ours: Any = None
+    theirs: Any = None
+
+    def line(self) -> str:
+        """Say how the part differs."""
+        if self.ours is not None or self.theirs is not None:
+            return f"{self.name}: {self.ours} here, {self.theirs} by the c3d package"
+        words = f"{self.name}: {self.differing} of {self.compared} differ"
+        if self.largest is not None:
+            words += f", by up to {self.largest:.6g} {self.unit}".rstrip()
+        if self.frames:
+            runs = [f"{a}" if a == b else f"{a} to {b}" for a, b in self.frames]
+            words += f", in frames {', '.join(runs)}"
+        return words
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What the comparison found.
+
+    Attributes
+    ----------
+    unread : why the package cannot read the file, "" if it can.
+    parts : what was compared; none where the package cannot read it.
+    """
+
+    unread: str = ""
+    parts: tuple[Part, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """Return "equal", "different" or "unread"."""
+        if self.unread:
+            return "unread"
+        return "different" if self.differing else "equal"
+
+    @property
+    def differing(self) -> int:
+        """Values that differ, over all parts."""
+        return sum(part.differing for part in self.parts)
+
+    def lines(self) -> tuple[str, ...]:
+        """Say how the parts differ, one line each."""
+        return tuple(part.line() for part in self.parts if part.differing)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as plain JSON values."""
+        return {
+            "status": self.status,
+            "reason": self.unread or None,
+            "parts": {part.name: _data(part) for part in self.parts},
+        }
+
+
+def _data(part: Part) -> dict[str, Any]:
+    about: dict[str, Any] = {"compared": part.compared, "differing": part.differing}
+    if part.ours is not None or part.theirs is not None:
+        about |= {"handclean": part.ours, "c3d": part.theirs}
+    if part.largest is not None:
+        about |= {"largest": part.largest, "unit": part.unit}
+    if part.frames:
+        about["frames"] = [list(run) for run in part.frames]
+    return about
+
+
+def verify_c3d(path: Path) -> Verdict:
+    """Compare what handclean and the ``c3d`` package read in a file.
+
+    Raises
+    ------
+    FileError
+        If handclean cannot read it.
+    """
+    structure = open_c3d(path, lenient=True, needs_points=False)
+    try:
+        witness = read_witness(path, structure.layout.held)
+    except UnreadError as error:
+        return Verdict(unread=str(error))
+    analog = read_analog(structure, 1.0)
+    return Verdict(
+        parts=(
+            *_counts(structure, witness),
+            *_points(structure, witness),
+            *_analog(structure, analog, witness),
+            *_events(structure, witness),
+        )
+    )
+
+
+def _counts(structure: Structure, witness: Witness) -> list[Part]:
+    layout = structure.layout
+    points = witness.points.shape[1] if len(witness.points) else layout.points
+    return [
+        _single("rate", stated_rate(structure), witness.rate, "Hz"),
+        _single("frames", layout.held, witness.frames),
+        _single("first frame", layout.first_frame, witness.first_frame),
+        _single("points per frame", layout.points, points),
+        _texts("labels", structure.head.labels(layout.points), witness.labels),
+    ]
+
+
+def _single(name: str, ours: float, theirs: float, unit: str = "") -> Part:
+    same = bool(_equal(np.array(ours), np.array(theirs)))
+    if same:
+        return Part(name=name, compared=1)
+    return Part(
+        name=name, compared=1, differing=1, unit=unit, ours=_plain(ours),
+        theirs=_plain(theirs),
+    )  # fmt: skip
+
+
+def _plain(value: float) -> float | str:
+    """JSON holds no NaN and no infinity."""
+    return value if np.isfinite(value) else str(value)
+
+
+def _texts(name: str, ours: Sequence[str], theirs: Sequence[str] | None) -> Part:
+    """Compare labels one by one; those that the package does not give are blank."""
+    given = list(theirs or [])[: len(ours)]
+    given += [""] * (len(ours) - len(given))
+    differing = sum(a.strip() != b for a, b in zip(ours, given, strict=True))
+    return Part(name=name, compared=len(ours), differing=differing)
+
+
+def _points(structure: Structure, witness: Witness) -> list[Part]:
+    count = min(structure.layout.held, len(witness.points))
+    if not structure.points or witness.points.shape[1] != structure.points:
+        return []
+    samples, here = _decoded(structure, count)
+    theirs = witness.points[:count]
+    there = theirs[..., 3] != _MISSING
+    both = here & there
+    first, unit = structure.layout.first_frame, structure.head.unit or "mm"
+    places = [
+        _numbers(samples.positions[both], theirs[..., :3][both]),
+        _numbers(samples.residual[both], theirs[..., 3][both]),
+        _numbers(samples.cameras[both], theirs[..., 4][both]),
+    ]
+    frames = np.nonzero(both)[0]
+    named = zip(
+        ("points", "residuals", "cameras"), (unit, unit, ""), places, strict=True
+    )
+    missing = here != there
+    return [
+        Part(
+            name="missing samples",
+            compared=missing.size,
+            differing=int(missing.sum()),
+            frames=_runs(np.nonzero(missing)[0], first),
+        ),
+        *(_array(name, unit, found, frames, first) for name, unit, found in named),
+    ]
+
+
+def _decoded(structure: Structure, frames: int) -> tuple[Samples, Bools]:
+    """Return all points of the first frames in the file's unit, and which are there."""
+    coding, _ = settle_scale(structure, 1.0)
+    samples = new_samples(frames, structure.points)
+    words = structure.frames[:frames, : 4 * structure.points]
+    with np.errstate(all="ignore"):
+        here = decode(
+            coding.numbers(words.reshape(frames, structure.points, 4)),
+            coding,
+            samples,
+            Tally(),
+            np.arange(structure.points),
+            zeros_are_missing=False,
+        )
+    return samples, here
+
+
+def _analog(
+    structure: Structure, analog: Analog | None, witness: Witness
+) -> list[Part]:
+    """Compare analog channels, which were read with one frame per second."""
+    per_second = 0.0 if analog is None else analog.rate * stated_rate(structure)
+    found = [_single("analog rate", per_second, witness.analog_rate, "Hz")]
+    if analog is None:
+        return found
+    found.append(_texts("analog labels", analog.labels, witness.analog_labels))
+    frames = structure.layout.held
+    ours = analog.values.reshape(frames, -1)
+    if witness.analog.shape[1] != ours.shape[1]:
+        words, theirs = ours.shape[1], witness.analog.shape[1]
+        return [*found, _single("analog values per frame", words, theirs)]
+    count = min(frames, len(witness.analog))
+    compared = _numbers(ours[:count], witness.analog[:count])
+    first = structure.layout.first_frame
+    return [*found, _array("analog values", "", compared, np.arange(count), first)]
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """(N, ...) which numbers differ, and by how much the most."""
+
+    differs: Bools
+    largest: float
+
+
+def _numbers(ours: NDArray[Any], theirs: NDArray[Any]) -> _Compared:
+    differs = ~_equal(ours, theirs)
+    largest = 0.0
+    if differs.any():
+        with np.errstate(all="ignore"):
+            apart = np.abs(ours[differs].astype(float) - theirs[differs])
+        known = apart[np.isfinite(apart)]
+        largest = float(known.max()) if known.size else 0.0
+    return _Compared(differs, largest)
+
+
+def _equal(ours: NDArray[Any], theirs: NDArray[Any]) -> Bools:
+    with np.errstate(all="ignore"):
+        one, other = ours.astype(float), theirs.astype(float)
+        room = _STEPS * np.maximum(np.abs(one), np.abs(other)) + _TINY
+        same: Bools = np.abs(one - other) <= room
+    same |= (one == other) | (np.isnan(one) & np.isnan(other))
+    return same
+
+
+def _array(
+    name: str, unit: str, found: _Compared, frames: NDArray[np.intp], first: int
+) -> Part:
+    """Tell of an array whose rows belong to frames, counted from the first."""
+    if not found.differs.any():
+        return Part(name=name, compared=found.differs.size)
+    differs = found.differs.reshape(len(found.differs), -1)
+    rows = differs.any(axis=1)
+    return Part(
+        name=name,
+        compared=differs.size,
+        differing=int(differs.sum()),
+        largest=found.largest,
+        unit=unit,
+        frames=_runs(frames[rows], first),
+    )
+
+
+def _runs(frames: NDArray[np.intp], first: int) -> tuple[tuple[int, int], ...]:
+    """First and last number of the first runs of frames."""
+    used = np.unique(frames)
+    if not len(used):
+        return ()
+    parts = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)[:_LISTED]
+    return tuple((int(part[0]) + first, int(part[-1]) + first) for part in parts)
+
+
+def _events(structure: Structure, witness: Witness) -> list[Part]:
+    header, group = events_as_stored(structure.head)
+    return [
+        _same_events("header events", header, witness.header_events),
+        _same_events("events of the EVENT group", group, witness.group_events),
+    ]
+
+
+def _same_events(
+    name: str, ours: Sequence[tuple[float, str]], theirs: Sequence[tuple[float, str]]
+) -> Part:
+    known = [event for event in theirs if np.isfinite(event[0])]
+    differing = abs(len(ours) - len(known))
+    for (time, label), (other, called) in zip(ours, known, strict=False):
+        same = bool(_equal(np.array(time), np.array(other))) and label.strip() == called
+        differing += not same
+    return Part(name=name, compared=max(len(ours), len(known)), differing=differing)
