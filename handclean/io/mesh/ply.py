@@ -5,6 +5,27 @@ follows in text or in binary of either byte order. PLY has no unit of length; a 
 ``unit mm`` (cm, m) is what we write and heed.
 
 Nothing is allocated by a count that the file's size does not bear out.
+
+trimesh reads PLY, too, and was tried in place of this module (trimesh 5.2, numpy 2,
+one core; median of a million points with normals and colours):
+
+======================================  ===============  ===============
+file                                    this module      trimesh
+======================================  ===============  ===============
+binary, no faces (27 MB)                0.037 s, 94 MiB  0.063 s, 77 MiB
+binary, two million faces (53 MB)       0.080 s, 173     0.092 s, 127
+text, no faces (71 MB)                  2.6 s, 711       3.5 s, 740
+import                                  0.01 s           0.45 s
+======================================  ===============  ===============
+
+It is not faster, and there are promises that it cannot keep. It takes the length of the
+first list of a binary element for that of all: it refuses triangles mixed with
+quadrilaterals, and reads wrong faces where the lengths happen to add up. Of a text it
+takes what is there: it returns fewer vertices of one that was cut off, and believes no
+count of a list. It fails where bytes follow the last element, where rows go over
+several lines and where lines end with a carriage return alone. Its errors name no
+place. Texture coordinates and edges, which nobody needs here, are followed all the
+same. So the parser stays, and trimesh is what tests compare it with.
 """
 
 from dataclasses import dataclass, field

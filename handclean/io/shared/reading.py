@@ -47,6 +47,9 @@ METRES = {
 """Metres per unit of length, by the names that files use."""
 
 _SHORT = {METRES[name]: name for name in ("m", "dm", "cm", "mm", "um")}
+_BEGIN = 2**12
+"""[bytes] that are looked at first, to tell whether a file is blank."""
+
 _CUT = 3
 """Letters that a name which was cut off must have."""
 
@@ -93,7 +96,8 @@ def load(path: Path) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError(path, f"cannot be read ({reason})") from None
-    if not content.strip(b"\0 \t\r\n"):
+    blank = b"\0 \t\r\n"
+    if not content[:_BEGIN].strip(blank) and not content.strip(blank):
         raise FileError(path, "is empty")
     return content
 
