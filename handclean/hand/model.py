@@ -108,7 +108,7 @@ def _places(links: Links, link: Ints, at: Floats, poses: Floats) -> Floats:
     expect_shape("poses", poses, "T", POSE_HEAD + count - 1)
     out = np.zeros((len(poses), len(link), 3))
     poses = np.ascontiguousarray(poses, dtype=np.float64)
-    chain.place_markers(poses, links, link, at, out)
+    chain.place_markers(poses, links.parent, links.offset, links.axis, link, at, out)
     return out
 
 

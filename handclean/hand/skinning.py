@@ -19,6 +19,7 @@ from handclean.errors import HandcleanError
 from handclean.hand.model import links_of, workspace
 from handclean.hand.surface import Surface, rest_joints, vertex_normals
 from handclean.kernels import chain, normals, skin
+from handclean.kernels.chain import Links
 from handclean.numerics.triangles import box_tree, closest
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
@@ -52,7 +53,11 @@ def bone_transforms(tree: JointTree, poses: Floats) -> tuple[Floats, Floats]:
     ----------
     poses : (T, 7 + D)
     """
-    links = links_of(tree)
+    return _transforms(tree, links_of(tree), poses)
+
+
+def _transforms(tree: JointTree, links: Links, poses: Floats) -> tuple[Floats, Floats]:
+    """`bone_transforms` of a tree whose links are known."""
     expect_shape("poses", poses, "T", POSE_HEAD + len(tree.hinges))
     turn = np.zeros((len(poses), len(tree.bones), 3, 3))
     shift = np.zeros(turn.shape[:3])
@@ -141,7 +146,7 @@ def vertex_jacobian(
     links = links_of(tree)
     at_home = pose.copy()
     at_home[:3] = 0.0
-    turn, shift = bone_transforms(tree, at_home[None])
+    turn, shift = _transforms(tree, links, at_home[None])
     link_turn, origin, column = workspace(links)
     chain.place_links(
         at_home, links.parent, links.offset, links.axis, link_turn, origin, column
