@@ -33,6 +33,21 @@ Bytes = NDArray[np.uint8]
 Bools = NDArray[np.bool_]
 
 
+def runs(mask: Bools) -> list[tuple[int, int]]:
+    """Stretches of true values in a row, in their order.
+
+    Parameters
+    ----------
+    mask : (T,)
+
+    Returns
+    -------
+    The first index and the one behind the last of each stretch.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
 def expect_shape(name: str, array: NDArray[Any], *shape: int | str) -> None:
     """Check that ``array`` has a shape like ``(T, 3)``; letters match any size.
 

@@ -128,6 +128,28 @@ class JointTree:
         )
 
 
+def rigid_tree(subject: str = "") -> JointTree:
+    """Return the tree of a rigid thing: one bone called "root" and no hinges.
+
+    Parameters
+    ----------
+    subject : what it is called, for the record.
+    """
+    return JointTree(
+        kind="rigid",
+        side="",
+        bones=("root",),
+        joints=("root",),
+        parents=np.array([-1]),
+        offsets=np.zeros((1, 3)),
+        hinges=(),
+        hinge_bone=np.zeros(0, dtype=np.int64),
+        axes=np.zeros((0, 3)),
+        limits=np.zeros((0, 2)),
+        subject=subject,
+    )
+
+
 MOST_SCALE = 1000.0
 """Times the template; nothing that cameras follow is larger."""
 

@@ -25,8 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats
-from handclean.gaps.runs import runs
+from handclean.arrays import Bools, Floats, runs
 from handclean.gaps.uncertainty import spread
 from handclean.hand.model import Model
 from handclean.ik.doubt import TOLD, prior_precision, stretches_of

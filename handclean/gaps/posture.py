@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats, Ints, expect_shape
+from handclean.arrays import Bools, Floats, Ints, expect_shape, runs
 from handclean.gaps.decided import (
     Decided,
     decide,
@@ -25,7 +25,7 @@ from handclean.gaps.decided import (
 from handclean.gaps.offsets import PARTIAL, Leftovers, carry, left_over
 from handclean.gaps.paths import Paths, lay_paths, try_bridging
 from handclean.gaps.refine import Targets, placed
-from handclean.gaps.runs import Gap, Limits, runs, seen_in
+from handclean.gaps.runs import Gap, Limits, seen_in
 from handclean.gaps.uncertainty import spread
 from handclean.hand.model import Model
 from handclean.ik.doubt import prior_precision

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats, Ints, expect_shape
+from handclean.arrays import Bools, Floats, Ints, expect_shape, runs
 
 THROUGHOUT = "missing in all of the take"
 AT_START = "reaches the start of the take"
@@ -88,12 +88,6 @@ class Cluster:
 def seen_in(positions: Floats) -> Bools:
     """(T, M) which samples of (T, M, 3) positions are there."""
     return np.asarray(np.isfinite(positions).all(axis=2))
-
-
-def runs(mask: Bools) -> list[tuple[int, int]]:
-    """Stretches of true values as (start, stop) pairs."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def clusters_of(known: Bools, limits: Limits, column: int = 0) -> list[Cluster]:

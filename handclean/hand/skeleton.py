@@ -37,7 +37,7 @@ from handclean.hand.marker_set import MOST_MM, MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.tomlfile import Table, read_table
-from handclean.tree import MIRROR, MOST_BONES, JointTree
+from handclean.tree import MIRROR, MOST_BONES, JointTree, rigid_tree
 
 _KEYS = {"name", "kind", "side", "bone", "marker"}
 _BONE = {"name", "joint", "parent", "offset", "hinge"}
@@ -67,19 +67,7 @@ def rigid_subject(marker_set: MarkerSet, side: str = "") -> Subject:
         raise UsageError(
             f"--side {side}: marker set {marker_set.name} is a thing without sides"
         )
-    tree = JointTree(
-        kind="rigid",
-        side="",
-        bones=("root",),
-        joints=("root",),
-        parents=np.array([-1]),
-        offsets=np.zeros((1, 3)),
-        hinges=(),
-        hinge_bone=np.zeros(0, dtype=np.int64),
-        axes=np.zeros((0, 3)),
-        limits=np.zeros((0, 2)),
-        subject=marker_set.name,
-    )
+    tree = rigid_tree(marker_set.name)
     model = marker_set.on(tree)
     mirrored = bool(side) and side != marker_set.side
     return Subject(

@@ -7,10 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from handclean.arrays import Floats, Ints
+from handclean.arrays import Floats, Ints, runs
 from handclean.io.shared.adult_size import size_of
 from handclean.io.shared.reading import finite
-from handclean.io.shared.writing import runs
 from handclean.recording import Points, Recording, Trajectories
 
 FROZEN_S, FROZEN_FRAMES = 0.25, 10

@@ -5,6 +5,7 @@ quaternion. Near zero both use the series, so they are smooth through it.
 """
 
 import math
+from typing import Any
 
 from handclean.arrays import Floats
 from handclean.kernels import jit
@@ -104,6 +105,27 @@ def logarithm(q: Floats, out: Floats) -> None:
         out[n] = scale * q[1 + n]
 
 
+def product(a: Floats, b: Floats) -> tuple[Any, Any, Any, Any]:
+    """Return the quaternion of "first b, then a": Hamilton's product.
+
+    Parameters
+    ----------
+    a, b : (4,) w, x, y, z; (4, ...) for many quaternions at once.
+
+    Returns
+    -------
+    w, x, y, z : numbers, or arrays of many.
+    """
+    w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    y = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    z = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+    return w, x, y, z
+
+
+_product = jit(product)
+
+
 @jit
 def compose(a: Floats, b: Floats, out: Floats) -> None:
     """Write the quaternion of "first b, then a"; ``out`` may be ``a`` or ``b``.
@@ -113,9 +135,6 @@ def compose(a: Floats, b: Floats, out: Floats) -> None:
     a, b : (4,) w, x, y, z, of length 1.
     out : (4,) of length 1, renormalised against drift; overwritten in full.
     """
-    w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    y = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    z = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+    w, x, y, z = _product(a, b)
     size = math.sqrt(w * w + x * x + y * y + z * z)
     out[0], out[1], out[2], out[3] = w / size, x / size, y / size, z / size

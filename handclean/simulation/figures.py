@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats, expect_shape
+from handclean.arrays import Bools, Floats, expect_shape, runs
 from handclean.numerics.subspace import principal_components
-from handclean.simulation.losses import runs
 
 PAVLLO_S, PAVLLO_SHARE = 0.36, 0.90
 

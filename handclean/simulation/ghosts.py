@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats
-from handclean.simulation.losses import first_frames, runs
+from handclean.arrays import Bools, Floats, runs
+from handclean.simulation.losses import first_frames
 
 _LASTS_S = 0.025  # mean life of a short-lived ghost
 _STAYS_S = (0.15, 0.9)  # life of an impostor, at least 30 frames

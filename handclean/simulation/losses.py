@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from handclean.arrays import Bools, Ints
+from handclean.arrays import Bools, Ints, runs
 
 _MEDIAN_S, _SPREAD = 0.05, 1.35
 _CLEAN_S = 0.1  # at the start of a take every marker is there, as maycock2015 demands
@@ -39,12 +39,6 @@ def dropouts(
 def first_frames(rate_hz: float) -> int:
     """Frames at the start of a take that nothing disturbs."""
     return max(int(_CLEAN_S * rate_hz), 1)
-
-
-def runs(present: Bools) -> Ints:
-    """(N, 2) first frame and frame after the last of every run of True in (T,)."""
-    edges = np.diff(np.concatenate([[False], present, [False]]).astype(np.int64))
-    return np.column_stack([np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)])
 
 
 def tracks(seen: Bools, rate_hz: float, rng: np.random.Generator) -> Ints:

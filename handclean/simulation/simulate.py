@@ -36,7 +36,7 @@ from handclean.simulation.people import (
 from handclean.simulation.scan import Scan, make_scan
 from handclean.simulation.scene import Scene, quaternions
 from handclean.simulation.settings import SCENARIOS, SimulateConfig
-from handclean.tree import MIRROR, JointTree
+from handclean.tree import MIRROR, JointTree, rigid_tree
 
 _DURATION_S = {"grasp": 5.0, "rom": 24.0, "free": 10.0, "demo": 4.0}
 _SUBJECT, _TRIAL, _RIG = 1, 2, 3  # what a seed's streams of numbers are for
@@ -252,7 +252,7 @@ def _motions(
             if side == "right":
                 frames = MIRROR[:, None] * frames * np.array([-1.0, 1.0, 1.0, 1.0])
             motions["object"] = _object_motion(frames)
-            skeletons["object"] = _rigid(scene)
+            skeletons["object"] = rigid_tree(scene.title)
     return motions, skeletons
 
 
@@ -264,20 +264,4 @@ def _object_motion(frames: Floats) -> Motion:
         angles=np.zeros((len(frames), 0)),
         translation=frames[:, :, 3].copy(),
         rotation=quaternions(turns),
-    )
-
-
-def _rigid(scene: Scene) -> JointTree:
-    return JointTree(
-        kind="rigid",
-        side="",
-        bones=("root",),
-        joints=("root",),
-        parents=np.array([-1]),
-        offsets=np.zeros((1, 3)),
-        hinges=(),
-        hinge_bone=np.zeros(0, dtype=np.int64),
-        axes=np.zeros((0, 3)),
-        limits=np.zeros((0, 2)),
-        subject=scene.title,
     )

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from handclean.gaps.runs import (
@@ -15,7 +14,6 @@ from handclean.gaps.runs import (
     Limits,
     clusters_of,
     gaps_of,
-    runs,
 )
 
 LIMITS = Limits(longest=20, seed=5, rate=100.0)
@@ -26,16 +24,6 @@ def known(frames, *gaps):
     for start, stop in gaps:
         mask[start:stop] = False
     return mask
-
-
-@given(mask=arrays(bool, st.integers(0, 40)))
-def test_runs_are_where_the_mask_is_true_and_nowhere_else(mask):
-    again = np.zeros_like(mask)
-    for start, stop in runs(mask):
-        assert stop > start
-        assert not again[max(start - 1, 0) : stop].any()  # runs do not touch
-        again[start:stop] = True
-    np.testing.assert_array_equal(again, mask)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from handclean.hand.surface import (
     volume,
 )
 from handclean.hand.template import FINGERS, distal_length, template
-from handclean.tree import MIRROR, JointTree
+from handclean.tree import MIRROR, rigid_tree
 
 LANDMARKS = Path(t.SHIPPED).with_name("template_landmarks.toml")
 EITHER = pytest.mark.parametrize("coarse", [False, True], ids=["fine", "coarse"])
@@ -278,17 +278,6 @@ def test_right_angles_keep_the_flesh_and_do_not_turn_the_back_inside_out(part, c
 
 
 def test_a_tree_without_fingers_is_refused():
-    rod = JointTree(
-        kind="rigid",
-        side="",
-        bones=("root",),
-        joints=("root",),
-        parents=np.array([-1]),
-        offsets=np.zeros((1, 3)),
-        hinges=(),
-        hinge_bone=np.zeros(0, dtype=np.int64),
-        axes=np.zeros((0, 3)),
-        limits=np.zeros((0, 2)),
-    )
+    rod = rigid_tree()
     with pytest.raises(UnknownNameError, match="hand"):
         t.template_surface(rod)

@@ -73,3 +73,11 @@ def test_composition_is_the_product_of_matrices(v, w):
     out = np.full(4, np.nan)
     rotations.compose(exp(v), exp(w), out)
     np.testing.assert_allclose(matrix(out), matrix(exp(v)) @ matrix(exp(w)), atol=1e-12)
+
+
+@given(v=vectors, w=vectors)
+def test_the_product_of_many_is_that_of_each(v, w):
+    many = rotations.product(np.stack([exp(v)] * 3, axis=1), np.stack([exp(w)] * 3, 1))
+    each = np.full(4, np.nan)
+    rotations.compose(exp(v), exp(w), each)
+    np.testing.assert_allclose(np.array(many).T, [each] * 3, atol=1e-15)

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats
+from handclean.arrays import Bools, Floats, runs
 from handclean.errors import FileError
 from handclean.hand.template import bone_frame, template
 from handclean.io.bvh.hinge_fit import BoneFit, fit_hinges
@@ -30,7 +30,6 @@ from handclean.io.bvh.own import OwnMotion, heads_of, own_hands, own_objects
 from handclean.io.shared.joint_map import JointMap, check_bones, shipped
 from handclean.io.shared.reading import AGREE, METRES, Reading, settle_rate, settle_unit
 from handclean.io.shared.rotations import quaternion_from_matrix
-from handclean.io.shared.writing import runs
 from handclean.recording import Event, Motion, Recording
 from handclean.tree import JointTree
 

@@ -35,7 +35,7 @@ from handclean.io.shared.rotations import (
     rotation_angle,
 )
 from handclean.recording import Motion
-from handclean.tree import JointTree
+from handclean.tree import JointTree, rigid_tree
 
 _EXACT = 1e-7
 """[rad] axes that leave no more than this are those of the file's hinges."""
@@ -110,18 +110,7 @@ def own_objects(bvh: BvhMotion, joint_map: JointMap) -> list[OwnMotion]:
 
 
 def _own_object(bvh: BvhMotion, joint_map: JointMap, joint: int) -> OwnMotion:
-    tree = JointTree(
-        kind="rigid",
-        side="",
-        bones=("root",),
-        joints=("root",),
-        parents=np.array([-1]),
-        offsets=np.zeros((1, 3)),
-        hinges=(),
-        hinge_bone=np.zeros(0, dtype=np.int64),
-        axes=np.zeros((0, 3)),
-        limits=np.zeros((0, 2)),
-    )
+    tree = rigid_tree()
     name = bvh.names[joint].removesuffix("_root")
     angles = np.zeros((bvh.frames, 0))
     motion = _motion(bvh, joint_map, joint, (), angles)

@@ -21,14 +21,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handclean.arrays import Bytes, Floats
+from handclean.arrays import Bytes, Floats, runs
 from handclean.io.c3d.columns import Columns
 from handclean.io.c3d.draft import BLOCK_SAMPLES, Source
 from handclean.io.c3d.edit import with_shorts, with_text, without_group
 from handclean.io.c3d.numbers import Words
 from handclean.io.c3d.parameters import BLOCK, MOST_BLOCKS, Section
 from handclean.io.c3d.samples import SHORT_MAX, Coding
-from handclean.io.shared.writing import runs
 from handclean.recording import Origin, Recording
 
 GROUP = "HANDCLEAN"

@@ -28,13 +28,14 @@ from typing import Any
 
 import numpy as np
 
-from handclean.arrays import Bytes, Floats, expect_shape
+from handclean.arrays import Bytes, Floats, expect_shape, runs
 from handclean.errors import FileError, UnknownNameError
 from handclean.hand.surface import Surface, rest_joints, vertex_normals
 from handclean.hand.template import FINGERS, bone_frame, distal_length
 from handclean.hand.template_surface import template_surface
 from handclean.io.gltf.block import INDICES, VERTICES, Block, write_file
-from handclean.io.shared.writing import NO_TREE, held_poses, motions_of, runs
+from handclean.io.shared.writing import NO_TREE, held_poses, motions_of
+from handclean.kernels.rotations import product
 from handclean.recording import Recording, only_finite
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
@@ -239,14 +240,14 @@ def bone_quaternions(tree: JointTree, poses: Floats) -> Floats:
     """
     expect_shape("poses", poses, "T", POSE_HEAD + len(tree.hinges))
     out = np.zeros((len(tree.bones), len(poses), 4))
-    out[:, :, 3] = 1.0
+    out[:, :, 0] = 1.0
     root = poses[:, 3:POSE_HEAD] / np.linalg.norm(poses[:, 3:7], axis=1, keepdims=True)
-    out[0] = _steady(root)[:, [1, 2, 3, 0]]
+    out[0] = _steady(root)
     for hinge, (bone, axis) in enumerate(zip(tree.hinge_bone, tree.axes, strict=True)):
         half = 0.5 * poses[:, POSE_HEAD + hinge]
-        step = np.column_stack([np.sin(half)[:, None] * axis, np.cos(half)])
-        out[bone] = _product(out[bone], step)
-    return out
+        step = np.column_stack([np.cos(half), np.sin(half)[:, None] * axis])
+        out[bone] = np.column_stack(product(out[bone].T, step.T))
+    return out[:, :, [1, 2, 3, 0]]
 
 
 def _steady(turns: Floats) -> Floats:
@@ -254,13 +255,6 @@ def _steady(turns: Floats) -> Floats:
     near = np.where(np.sum(turns[1:] * turns[:-1], axis=1) < 0.0, -1.0, 1.0)
     out: Floats = turns * np.cumprod(np.concatenate([[1.0], near]))[:, None]
     return out
-
-
-def _product(one: Floats, two: Floats) -> Floats:
-    """(T, 4) quaternions x, y, z, w that turn by two, then by one."""
-    (a, b), (v, w) = (one[:, :3], two[:, :3]), (one[:, 3:], two[:, 3:])
-    head = v * b + w * a + np.cross(a, b)
-    return np.hstack([head, v * w - np.sum(a * b, axis=1, keepdims=True)])
 
 
 def _bone_nodes(hand: SkinnedHand, turns: Floats, start: int) -> list[dict[str, Any]]:

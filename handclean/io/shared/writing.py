@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from handclean.arrays import Bools, Bytes, Floats, expect_shape
+from handclean.arrays import Bytes, Floats, expect_shape
 from handclean.errors import FileError
 from handclean.recording import Motion, Origin, Points, Recording
 
@@ -100,13 +100,6 @@ def held_poses(poses: Floats) -> tuple[Floats, int]:
     last = np.maximum.accumulate(np.where(known, np.arange(len(poses)), -1))
     last[last < 0] = np.argmax(known)
     return poses[last], int(np.count_nonzero(~known))
-
-
-def runs(which: Bools) -> tuple[tuple[int, int], ...]:
-    """First frame, and the one behind the last, of each run of true frames of (T,)."""
-    edges = np.diff(np.concatenate([[0], which.astype(np.int8), [0]]))
-    starts, stops = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
-    return tuple(zip(starts.tolist(), stops.tolist(), strict=True))
 
 
 def rows(

@@ -23,7 +23,7 @@ from handclean.io.bvh.motion import BvhMotion, read_bvh, write_bvh
 from handclean.io.shared import rotations
 from handclean.io.shared.joint_map import SHIPPED, JointMap, load_joint_map, shipped
 from handclean.recording import Motion, Recording, motion_from_poses
-from handclean.tree import MOST_BONES, JointTree
+from handclean.tree import MOST_BONES, JointTree, rigid_tree
 
 PLAIN = """HIERARCHY
 ROOT hip
@@ -360,20 +360,7 @@ def test_a_written_file_is_written_again_as_it_was(rng, tmp_path):
 
 def test_two_hands_and_an_object_come_back_by_their_names(rng, tmp_path):
     trees = {"left": template("left"), "right_2": leaning(template("right"), rng)}
-    hand = trees["left"]
-    cup = replace(
-        hand,
-        kind="rigid",
-        side="",
-        bones=("root",),
-        joints=("root",),
-        parents=hand.parents[:1],
-        offsets=np.zeros((1, 3)),
-        hinges=(),
-        hinge_bone=hand.hinge_bone[:0],
-        axes=np.zeros((0, 3)),
-        limits=np.zeros((0, 2)),
-    )
+    cup = rigid_tree()
     poses = {name: moving(rng, tree, 40) for name, tree in trees.items()}
     motions = {n: motion_from_poses(t.hinges, poses[n]) for n, t in trees.items()}
     take = Recording(
@@ -727,22 +714,7 @@ def test_many_objects_beside_a_hand_cost_little(tmp_path):
     hand = template("right")
     poses = np.zeros((2, 7 + len(hand.hinges)))
     poses[:, 3] = 1.0
-    cups = {
-        f"cup{n}": replace(
-            hand,
-            kind="rigid",
-            side="",
-            bones=("root",),
-            joints=("root",),
-            parents=np.array([-1]),
-            offsets=np.zeros((1, 3)),
-            hinges=(),
-            hinge_bone=np.zeros(0, dtype=np.int64),
-            axes=np.zeros((0, 3)),
-            limits=np.zeros((0, 2)),
-        )
-        for n in range(2000)
-    }
+    cups = {f"cup{n}": rigid_tree() for n in range(2000)}
     motions = {"right": motion_from_poses(hand.hinges, poses)}
     motions |= {name: motion_from_poses((), poses[:, :7]) for name in cups}
     trees = {"right": hand, **cups}
