@@ -20,6 +20,7 @@ FLOORS = [
     {"ik", "simulation"},
     {"labels", "gaps", "layouts", "subject", "glove", "io", "report"},
     {"runner"},
+    {"api"},
     {"commands"},
     {"cli"},
     {"factory"},

@@ -6,7 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from handclean.commands.shared import names, sessions
+from handclean.api import names
+from handclean.commands.shared import sessions
 from handclean.commands.shared.choices import Calibrating
 from handclean.errors import UsageError
 from handclean.hand.marker_set import load_marker_set

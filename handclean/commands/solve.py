@@ -1,26 +1,13 @@
 """Joint angles of labelled takes."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from typing import Any
 
-import numpy as np
-
-from handclean.arrays import Bools, Floats
-from handclean.commands.shared import bridged, hands, names, sessions
+from handclean.api.solve import solve_hands
+from handclean.commands.shared import hands, sessions
 from handclean.commands.shared.choices import Solving
-from handclean.errors import TAKE, HandcleanError
-from handclean.hand.model import Model, marker_positions, neutral_pose
-from handclean.hand.subject import Subject
-from handclean.ik import bad_markers, unobserved
-from handclean.ik.prior import PosturePrior, knowing
-from handclean.ik.residual_test import plausible, remark
-from handclean.ik.solve import markers_of
-from handclean.ik.take import solve as solve_take
-from handclean.ik.wrong_side import expect_side
-from handclean.labels.checks.unit import markers_unit_hint
-from handclean.recording import Motion, Recording
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
-from handclean.tree import ROOT_DOFS
 
 FIGURES = {
     "frames": "frames of the take",
@@ -31,213 +18,23 @@ FIGURES = {
     "residual_p95_mm": "95th percentile over frames of a frame's RMS distance",
 }
 
-LEAST = ROOT_DOFS // 2
-"""Markers in sight at once that say where a hand is."""
-
-ANEW = "it is solved anew, frame by frame, and nothing bridges them"
-"""What becomes of a hand whose motion in the file is not kept, see `bridged`."""
-
 
 def solve(source: Source, settings: Solving) -> Outcome:
     """Add the joint angles of every hand, or keep those that filling found."""
     recording = sessions.read(source)
-    warnings = sessions.traps(source, recording)
-    prior = None if settings.standard else hands.prior(source)
-    named = hands.named(source, marked=True)
-    found = {name: subject for name, (subject, _) in named.items()}
-    recording, same = names.matched(recording, names.known_to(found))
-    names.expect_any(recording, found)
-    hidden = expect_seen(recording, found)
-    misspelt = (*same, *names.remarks(recording, found))
-    kept, anew = {}, {}
-    solved = []
-    for name, (subject, file) in named.items():
-        why = bridged.refused(recording, name, subject, file, source, settings)
-        if why == "":
-            kept[name] = subject
-            continue
-        anew[name] = subject
-        solved += [f"{name}: {why}; {ANEW}"] if why else []
-        recording = solve_take(
-            recording, subject, name=name, prior=prior, settings=settings.solve
-        )
-    expect_fits(recording, found)
-    expect_sides(recording, found, prior)
-    figures = {**of_motions(recording, found), "kept": len(kept)}
+    odd = sessions.traps(source, recording)
+    sought = hands.of_source(source, with_prior=not settings.standard)
+    done = solve_hands(recording, sought, settings.solve)
     return sessions.outcome(
-        recording,
-        in_words(figures),
-        figures,
-        (
-            *warnings,
-            *misspelt,
-            *hidden,
-            *solved,
-            *hands.remarks(*found.values()),
-            *doubts(recording, found),
-            *misplaced(recording, found, prior),
-            *untold(recording, kept, prior, filled=True),
-            *untold(recording, anew, prior),
-        ),
-        sessions.surfaces(found),
+        done.take,
+        in_words(done.figures),
+        done.figures,
+        (*odd, *done.warnings),
+        sessions.surfaces(sought.subjects),
     )
 
 
-def expect_seen(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
-    """Expect some frame to show enough markers of some hand to say where it is.
-
-    Returns
-    -------
-    which of several hands are never seen, a line each
-
-    Raises
-    ------
-    HandcleanError
-        If none is seen, or one has no marker in the take.
-    """
-    unobserved = {name: _unseen(recording, subject) for name, subject in found.items()}
-    if all(unobserved.values()):
-        raise HandcleanError(
-            f"{' and '.join(unobserved.values())}; {LEAST} or more say where a hand is",
-            where=TAKE,
-        )
-    return tuple(
-        f"{name}: {why}: it has no pose" for name, why in unobserved.items() if why
-    )
-
-
-def _unseen(recording: Recording, subject: Subject) -> str:
-    """Say that no frame shows enough markers of a hand; "" where some does."""
-    seen = np.isfinite(markers_of(recording, subject.model)).all(axis=2)
-    most = int(seen.sum(axis=1).max(initial=0))
-    if most >= LEAST:
-        return ""
-    if most == 0:
-        return f"none of the markers of '{subject.name}' is in sight in any frame"
-    markers = "marker" if most == 1 else "markers"
-    return f"no frame shows more than {most} {markers} of '{subject.name}'"
-
-
-def expect_sides(
-    recording: Recording, found: Mapping[str, Subject], prior: PosturePrior | None
-) -> None:
-    """Expect solved hands to be of their subjects' sides; see `mirror`."""
-    for name, subject in found.items():
-        residual = recording.motions[name].residual
-        assert residual is not None
-        expect_side(subject, markers_of(recording, subject.model), residual, prior)
-
-
-def expect_fits(recording: Recording, found: Mapping[str, Subject]) -> None:
-    """Expect some frame of each hand to fit, where its markers are not of its size.
-
-    Raises
-    ------
-    HandcleanError
-        If none does, and markers are ten or more times too far apart, or too close, or
-        residuals are longer than the hand, or than all its markers in the take.
-    """
-    for name, subject in found.items():
-        model, residual = subject.model, recording.motions[name].residual
-        positions = markers_of(recording, model)
-        seen = np.asarray(np.isfinite(positions).all(axis=2))
-        if residual is None or not np.isfinite(residual).any():
-            continue
-        usual = float(np.nanmedian(residual))
-        near = plausible(subject, seen, residual) & np.isfinite(residual)
-        wrong = "" if near.any() else markers_unit_hint(positions, model)
-        if not wrong and not near.any() and usual > _least_span(model, positions, seen):
-            wrong = "are these its markers, and is the unit right? (--unit)"
-        if wrong:
-            raise HandcleanError(
-                f"no frame fits the hand of '{subject.name}' (residual "
-                f"{_length(usual)}); {wrong}",
-                where=TAKE,
-            )
-
-
-def _least_span(model: Model, positions: Floats, seen: Bools) -> float:
-    """[m] the longest side of the box around a hand's markers.
-
-    Of the model or, if that is shorter, of (T, M, 3) positions in the usual frame that
-    shows two or more. Infinite if neither has a length.
-    """
-    spans = [np.ptp(marker_positions(model, neutral_pose(model.tree)[None])[0], axis=0)]
-    several = seen.sum(axis=1) > 1
-    if several.any():
-        some, there = positions[several], seen[several][:, :, None]
-        low = np.where(there, some, np.inf).min(axis=1)
-        high = np.where(there, some, -np.inf).max(axis=1)
-        spans.append(np.median((high - low).max(axis=1)))
-    return min(
-        (float(np.max(span)) for span in spans if np.max(span) > 0.0), default=np.inf
-    )
-
-
-def _length(metres: float) -> str:
-    return f"{metres:.2g} m" if metres >= 0.095 else f"{1e3 * metres:.2g} mm"
-
-
-def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
-    """Say which solved hands hardly look like the subject they were solved with.
-
-    And whether the unit of length may be the reason.
-    """
-    words = []
-    for name, subject in found.items():
-        text = remark(recording, subject, name)
-        if text:
-            positions = markers_of(recording, subject.model)
-            words += [text, markers_unit_hint(positions, subject.model)]
-    return tuple(text for text in words if text)
-
-
-def misplaced(
-    recording: Recording, found: Mapping[str, Subject], prior: PosturePrior | None
-) -> tuple[str, ...]:
-    """Say which markers do not fit for a while; see `suspects`."""
-    words = []
-    for name, subject in found.items():
-        positions = markers_of(recording, subject.model)
-        text = bad_markers.words(recording, subject, name, positions, prior)
-        if text:
-            words.append(f"{name}: {text}")
-    return tuple(words)
-
-
-def untold(
-    recording: Recording,
-    found: Mapping[str, Subject],
-    prior: PosturePrior | None,
-    *,
-    filled: bool = False,
-) -> tuple[str, ...]:
-    """Say which fingers of which hands had no marker; see `unseen`."""
-    words = []
-    for name, subject in found.items():
-        known = knowing(prior, subject.model.tree.hinges) is not None
-        text = unobserved.words(recording, subject, filled=filled, prior=known)
-        if text:
-            words.append(f"{name}: {text}")
-    return tuple(words)
-
-
-def of_motions(recording: Recording, names: Iterable[str]) -> dict[str, float]:
-    """Figures of solved motions, by name."""
-    motions = [recording.motions[name] for name in names]
-    residual = np.concatenate([_residual(motion) for motion in motions])
-    residual = residual[np.isfinite(residual)] * 1e3  # [mm], for people
-    some = bool(len(residual))
-    return {
-        "frames": recording.frames,
-        "hands": len(motions),
-        "trusted": min(_trusted(motion) for motion in motions),
-        "residual_mm": float(np.sqrt(np.mean(residual**2))) if some else np.nan,
-        "residual_p95_mm": float(np.quantile(residual, 0.95)) if some else np.nan,
-    }
-
-
-def in_words(figures: dict[str, float]) -> str:
+def in_words(figures: Mapping[str, Any]) -> str:
     """Say the figures in a few words."""
     hands = f"{figures['hands']} hands" if figures["hands"] != 1 else "a hand"
     kept = ", as its gaps were filled" if figures.get("kept") else ""
@@ -246,14 +43,3 @@ def in_words(figures: dict[str, float]) -> str:
         f"RMS {figures['residual_mm']:.2f} mm, "
         f"{100 * figures['trusted']:.0f} % trusted{kept}"
     )
-
-
-def _residual(motion: Motion) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    assert motion.residual is not None
-    residual: np.ndarray[tuple[int], np.dtype[np.float64]] = motion.residual
-    return residual
-
-
-def _trusted(motion: Motion) -> float:
-    assert motion.trusted is not None
-    return float(motion.trusted.mean())

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from handclean.commands import label, simulate
+from handclean.api.label import lost, renamed
+from handclean.commands import simulate
 from handclean.commands.shared import hands
 from handclean.commands.shared.choices import (
     Calibrating,
@@ -163,16 +164,16 @@ def test_names_a_take_had_before_labelling_are_said_not_to_be_kept(simulated, tm
     take = files.read(simulated / "labelled" / "S01_001.c3d")
     known = take.markers.labels
     subject = read_subject(simulated / "subjects" / "S01.h5")
-    told = label.renamed(take, subject)
+    told = renamed(take, subject)
     assert told == (
         f"names the take had are not kept: its {len(known)} markers are named anew",
     )
     labels = ("elbow", *(f"x{i}" for i in range(4)), *known[5:])
     other = replace(take, markers=replace(take.markers, labels=labels))
-    (told,) = label.renamed(other, subject)
+    (told,) = renamed(other, subject)
     few = "elbow, x0, x1, x2, ..."
     assert told.endswith(f"5 other markers ({few}) are points without a name now")
-    assert label.renamed(files.read(simulated / "S01_001.c3d"), subject) == ()
+    assert renamed(files.read(simulated / "S01_001.c3d"), subject) == ()
 
 
 def test_comparing_with_the_truth_says_how_good_the_chain_is(simulated, cleaned):
@@ -317,8 +318,8 @@ def test_a_take_without_the_hand_fails_and_one_with_little_of_it_is_warned_of(
 
 
 def test_a_take_that_was_followed_in_few_frames_is_warned_of():
-    assert label.lost({"followed": 4, "frames": 7}) == ()
-    assert len(label.lost({"followed": 3, "frames": 7})) == 1
+    assert lost({"followed": 4, "frames": 7}) == ()
+    assert len(lost({"followed": 3, "frames": 7})) == 1
 
 
 def misspelt(simulated, folder):

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from handclean.api.solve import doubts
 from handclean.commands.fill_gaps import fill_gaps
 from handclean.commands.shared.choices import Filling, Solving
-from handclean.commands.solve import doubts
 from handclean.commands.solve import solve as solve_step
 from handclean.errors import TAKE, HandcleanError
 from handclean.gaps.settings import FillConfig

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from handclean.api.hands import Hands, names_of
 from handclean.errors import HandcleanError, UsageError, Where
 from handclean.hand.marker_set import MarkerSet, load_marker_set
 from handclean.hand.skeleton import rigid_subject
@@ -108,12 +109,11 @@ def named(
         found += _of_side(read, source.side)
         if marked:
             _expect_markers(read, least)
-    by_name: dict[str, tuple[Subject, Path | None]] = {}
-    for file, subject in found:
-        name = subject.model.tree.side or subject.model.tree.kind
-        count = sum(taken.split("_")[0] == name for taken in by_name)
-        by_name[f"{name}_{count + 1}" if count else name] = (subject, file)
-    return by_name
+    names = names_of(subject for _, subject in found)
+    return {
+        name: (subject, file)
+        for name, (file, subject) in zip(names, found, strict=True)
+    }
 
 
 def _of_side(
@@ -181,32 +181,54 @@ def _expect_worn(name: str, found: Sequence[tuple[Path, Subject]]) -> None:
             )
 
 
-def only_subject(source: Source) -> tuple[str, Subject]:
-    """Return the only subject, with markers to label, and its name as in `subjects`.
+def of_source(source: Source, *, least: int = 1, with_prior: bool = True) -> Hands:
+    """Return the hands with markers that a source names, see `named`.
+
+    Parameters
+    ----------
+    least : how many markers they should have.
+    with_prior : whether they are solved with a posture prior.
 
     Raises
     ------
     UsageError
-        If there are several; and as `subjects`.
+        As `named`.
+    HandcleanError
+        If a file is not what it should be.
     """
-    least = needs.LEAST["label"]
-    found = list(subjects(source, marked=True, least=least).items())
-    if len(found) > 1:
+    found = named(source, marked=True, least=least)
+    given = source.files.get("prior") if with_prior else None
+    return Hands(
+        subjects={name: subject for name, (subject, _) in found.items()},
+        identities={name: _identity(source, file) for name, (_, file) in found.items()},
+        prior=prior(source) if with_prior else None,
+        prior_sha256=None if given is None else provenance.digest(given),
+    )
+
+
+def of_only_source(source: Source) -> Hands:
+    """Return the only hand of a source, with markers enough to label.
+
+    Raises
+    ------
+    UsageError
+        If there are several; and as `of_source`.
+    """
+    found = of_source(source, least=needs.LEAST["label"])
+    if len(found.subjects) > 1:
         raise UsageError(
-            f"--subject: {len(found)} hands cannot be labelled at once yet; "
+            f"--subject: {len(found.subjects)} hands cannot be labelled at once yet; "
             "give one, or choose by --side"
         )
-    return found[0]
+    return found
 
 
-def remarks(*found: Subject) -> tuple[str, ...]:
-    """Say of whom nobody knows the measures."""
-    return tuple(
-        "nobody calibrated this hand: the template hand stands in for it; "
-        "'handclean calibrate-hand markers' makes a subject"
-        for subject in found
-        if not subject.calibrated
-    )
+def _identity(source: Source, file: Path | None) -> str:
+    """Name who has which markers, as records do: by the digest of a file."""
+    if file is not None:
+        return provenance.digest(file)
+    of_set = source.marker_set_file
+    return source.marker_set if of_set is None else provenance.digest(of_set)
 
 
 def prior(source: Source) -> PosturePrior:

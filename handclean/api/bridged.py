@@ -9,18 +9,17 @@ measured markers as it says.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from handclean.commands.shared.choices import Solving
+from handclean.api.hands import Hands
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import Subject
+from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import markers_of
 from handclean.recording import Motion, Origin, Recording
 from handclean.runner import provenance
-from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry
 from handclean.tree import JointTree
 
@@ -35,12 +34,7 @@ SAME_M = 1e-9
 
 
 def refused(
-    recording: Recording,
-    name: str,
-    subject: Subject,
-    file: Path | None,
-    source: Source,
-    settings: Solving,
+    recording: Recording, name: str, hands: Hands, settings: SolveConfig
 ) -> str | None:
     """Say why the motion of a hand is to be found anew; "" if it is what is wanted.
 
@@ -48,10 +42,9 @@ def refused(
 
     Parameters
     ----------
-    name : of skeleton and motion.
-    file : of the subject; None for the template, which wears the source's marker set.
+    name : of skeleton and motion, and of one of the hands.
     """
-    wearer = _wearer(source, file)
+    subject, wearer = hands.subjects[name], hands.identities[name]
     entry = _maker(recording, wearer)
     motion = recording.motions.get(name)
     is_bridged = motion is not None and motion.angles_sigma is not None
@@ -61,7 +54,7 @@ def refused(
         return "what filled its gaps is not on record"
     if wearer not in _wearers(entry):
         return "its gaps were filled with another subject"
-    if why := _other_settings(entry, source, settings):
+    if why := _other_settings(entry, hands, settings):
         return why
     if motion is None or not _whole(motion):
         return "the file holds no posture in its gaps (.h5 does)"
@@ -87,16 +80,8 @@ def _maker(recording: Recording, wearer: str) -> Entry | None:
     return None
 
 
-def _wearer(source: Source, file: Path | None) -> str:
-    """Name who wears which markers, as records do: by the digest of a file."""
-    if file is not None:
-        return provenance.digest(file)
-    of_set = source.marker_set_file
-    return source.marker_set if of_set is None else provenance.digest(of_set)
-
-
 def _wearers(entry: Entry) -> set[str]:
-    """Name all that a step was given, as `_wearer` does."""
+    """Name all that a step was given, as `Hands.identities` does."""
     items = list(_items(entry))
     files = {str(item.get("sha256")) for item in items if item["role"] == "subject"}
     if files:
@@ -117,17 +102,16 @@ def _mapping(value: object) -> Mapping[str, Any]:
     return value if isinstance(value, Mapping) else {}
 
 
-def _other_settings(entry: Entry, source: Source, settings: Solving) -> str:
+def _other_settings(entry: Entry, hands: Hands, settings: SolveConfig) -> str:
     """Say which settings of inverse kinematics differ from those of a record."""
-    if settings.standard:
+    if hands.prior is None:
         return "its gaps were filled with a prior"
-    given = source.files.get("prior")
-    prior = None if given is None else provenance.digest(given)
+    given = hands.prior_sha256
     priors = [item.get("sha256") for item in _items(entry) if item["role"] == "prior"]
-    if priors != ([] if prior is None else [prior]):
+    if priors != ([] if given is None else [given]):
         return "its gaps were filled with another prior"
     then = _mapping(_mapping(entry.get("settings")).get("solve"))
-    now = provenance.plain(asdict(settings.solve))
+    now = provenance.plain(asdict(settings))
     others = [key for key in now if then.get(key) != now[key]]
     if others:
         told = ", ".join(f"{key} = {then.get(key)}" for key in others)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handclean.commands.shared import names
+from handclean.api import names
 from handclean.errors import HandcleanError
 from handclean.hand.marker_set import load_marker_set, shipped
 from handclean.hand.subject import template_subject

@@ -1,0 +1,83 @@
+"""Unlabelled takes with their markers named, and what is odd about them."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from handclean.api import names
+from handclean.api.hands import Hands
+from handclean.api.hands import warnings as of_template
+from handclean.api.results import StepResult
+from handclean.api.solve import doubts
+from handclean.hand.subject import Subject
+from handclean.labels.label import LabelFigures
+from handclean.labels.label import label as label_take
+from handclean.labels.settings import LabelConfig
+from handclean.recording import Recording
+
+ENOUGH = 0.5
+"""Share of the frames in which a hand should be followed; fewer are warned of."""
+
+
+def label_hand(recording: Recording, hands: Hands, settings: LabelConfig) -> StepResult:
+    """Name every point of the take that is a marker of its one hand, and no other.
+
+    Raises
+    ------
+    HandcleanError
+        If the hand is not found, cannot be followed, or is the other one.
+    """
+    name, subject = hands.only
+    labelled, found = label_take(
+        recording, subject, prior=hands.prior, settings=settings, name=name
+    )
+    figures = of_labels(found)
+    return StepResult(
+        take=labelled,
+        figures=figures,
+        warnings=(
+            *renamed(recording, subject),
+            *lost(figures),
+            *of_template([subject]),
+            *doubts(labelled, {name: subject}),
+        ),
+    )
+
+
+def renamed(recording: Recording, subject: Subject) -> tuple[str, ...]:
+    """Say what becomes of the names that a take has already."""
+    has = names.labels_of(recording)
+    others = [label for label in has if label not in subject.model.labels]
+    if not has:
+        return ()
+    if not others:
+        told = f"its {len(has)} markers are named anew"
+    else:
+        few = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")
+        told = f"{len(others)} other markers ({few}) are points without a name now"
+    return (f"names the take had are not kept: {told}",)
+
+
+def lost(figures: Mapping[str, Any]) -> tuple[str, ...]:
+    """Say that the hand was followed in few frames."""
+    followed, frames = figures["followed"], figures["frames"]
+    if followed >= ENOUGH * frames:
+        return ()
+    return (
+        f"the hand was followed in {followed} of {frames} frames only "
+        f"({100 * followed / frames:.1f} %); the rest has no labels",
+    )
+
+
+def of_labels(found: LabelFigures) -> dict[str, Any]:
+    """Figures of labelling."""
+    return {
+        "frames": found.frames,
+        "followed": found.followed,
+        "start_frame": found.start_frame,
+        "start_score": found.start_score,
+        "labelled": found.labelled,
+        "unlabelled": found.unlabelled,
+        "refused": found.refused,
+        "rms_mm": 1e3 * found.rms_m,
+        "mean_confidence": found.mean_confidence,
+    }
