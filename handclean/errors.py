@@ -148,12 +148,12 @@ class UnsaidError(UsageError):
 
     Attributes
     ----------
-    option : that option, "--rate" or "--unit", or both with a blank between them.
+    options : those options, "--rate" or "--unit" or both.
     """
 
-    def __init__(self, where: Where, wrong: str, option: str):
+    def __init__(self, where: Where, wrong: str, *options: str):
         super().__init__(wrong, where=where)
-        self.option = option
+        self.options = options
 
 
 class FileError(HandcleanError):

@@ -13,6 +13,7 @@ import numpy as np
 
 from handclean.arrays import Bools, Bytes, Floats, Floats32, Ints, Ints32, expect_shape
 from handclean.errors import UnknownNameError
+from handclean.remarks import Remark
 from handclean.tree import JointTree
 
 
@@ -209,11 +210,19 @@ class Event:
     """Something that happened in rows ``start`` up to ``stop``, which is left out.
 
     Rows count from 0; a session file has the source's numbers, see `Numbering`.
+
+    Attributes
+    ----------
+    kind : one of `handclean.remarks.KINDS`, "" where the file does not say.
+    model, marker : the hand or object, and the marker, it is about; or "".
     """
 
     start: int
     stop: int
     text: str
+    kind: str = ""
+    model: str = ""
+    marker: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -253,6 +262,8 @@ class Recording:
     up_axis : "+y", "+z" ... or "" when unknown.
     parameters : what else the source carried, as nested plain values and arrays.
     provenance : one entry (plain JSON values) per step that made this take.
+    remarks : what reading this take and the steps since then told. A session keeps
+        them as events; in the take that is read from it they are events only.
     """
 
     rate: float
@@ -269,11 +280,32 @@ class Recording:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     source_events: tuple[SourceEvent, ...] = ()
     provenance: tuple[Mapping[str, Any], ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def numbering(self) -> Numbering:
         """How the source numbers the frames."""
         return Numbering(self.first_frame)
+
+    @property
+    def told(self) -> tuple[Event, ...]:
+        """Events, and those that the remarks are, each once."""
+        return tuple(dict.fromkeys([*self.events, *map(self._event, self.remarks)]))
+
+    def _event(self, remark: Remark) -> Event:
+        """Return a remark as an event of its frames, else of all of the take."""
+        where = remark.where
+        start, stop = self.numbering.rows(
+            *(where.frames or self.numbering.span(0, self.frames))
+        )
+        return Event(
+            start=min(max(start, 0), self.frames),
+            stop=min(max(stop, 0), self.frames),
+            text=remark.text,
+            kind=remark.kind,
+            model=where.model,
+            marker=where.marker,
+        )
 
     @property
     def times(self) -> Floats:

@@ -25,7 +25,6 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "labels": "names of markers, as the file has them",
         "left-out": "what the file holds and is not taken",
         "implausible": "samples that no camera measures: too far away, frozen",
-        "event": "what the source, or an older session, noted without a kind",
         # of a step and its result
         "names": "names that were matched, not found or not kept",
         "unseen": "a hand, a joint or a reading that is never or seldom there",
@@ -37,7 +36,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "sensor": "a glove's sensor",
         "layout": "what a set of markers cannot do",
         "gap": "a gap of a marker, and what became of it",
-        "phase": "what was done in these frames, by the protocol",
+        "lost": "frames in which a marker was not found",
         "anew": "what was done again although the file had it",
         "not-compared": "what a comparison leaves out",
         "not-kept": "what the output's format cannot hold, or holds otherwise",
@@ -165,6 +164,11 @@ def from_json(value: Mapping[str, Any]) -> Remark:
         text=str(value["text"]),
         data=dict(value.get("data", {})),
     )
+
+
+def texts(remarks: Iterable[Remark]) -> tuple[str, ...]:
+    """Return the texts of remarks."""
+    return tuple(one.text for one in remarks)
 
 
 def of_file(file: Path, remarks: Iterable[Remark]) -> tuple[Remark, ...]:

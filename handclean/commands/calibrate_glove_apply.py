@@ -28,6 +28,7 @@ from handclean.io import files
 from handclean.io.glove.angles import with_motion, write_long
 from handclean.io.glove.readings import ReadingsFile
 from handclean.recording import Recording
+from handclean.remarks import texts
 from handclean.runner import progress
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
@@ -214,7 +215,7 @@ def _outcome(
         whole = with_motion(made, name, tree.hinges, motion, tips)
         surface = getattr(subject, "surface", None)
         surfaces = {} if surface is None else {name: surface}
-        return files.write(path, whole, surfaces=surfaces)
+        return texts(files.write(path, whole, surfaces=surfaces))
 
     sigma = np.degrees(tally.sum / tally.count) if tally.count else np.nan
     figures = {

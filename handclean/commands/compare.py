@@ -108,7 +108,7 @@ def _read(sources: tuple[Source, ...]) -> list[Recording]:
             sessions.read(replace(one, unit=source.unit))
             for source, one in zip(sources, told, strict=True)
         ]
-        if all(map(sessions.overruled, sources, again)):
+        if all(map(sessions.is_overruled, again)):
             return again
     used = zip(sources, takes, strict=True)  # not those that were read to try
     return [sessions.remember(source, take) for source, take in used]

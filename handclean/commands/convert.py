@@ -5,6 +5,7 @@ from handclean.commands.shared.choices import Converting
 from handclean.io.keeps import kept
 from handclean.io.oddities import wrong_size
 from handclean.recording import Recording
+from handclean.remarks import texts
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
 
@@ -43,7 +44,7 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
         recording,
         in_words(figures),
         figures,
-        (*sessions.traps(source, recording), *wrong_size(recording), *odd),
+        (*sessions.traps(source, recording), *texts(wrong_size(recording)), *odd),
         surfaces,
         unnamed=unnamed,
     )

@@ -9,6 +9,7 @@ from handclean.errors import UsageError
 from handclean.io import files
 from handclean.io.c3d.verify import Verdict, verify_c3d
 from handclean.io.hdf5 import seal
+from handclean.io.shared.reading import with_remarks
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
 
@@ -81,13 +82,14 @@ FIGURES = {
     "trap_count": "how many of them",
     "verify": "C3D: what the c3d package reads otherwise, by part (--verify)",
     "verify_differing": "C3D: values that it reads otherwise, null if it reads none",
+    "remarks": "the same with kind, place and data",
     "other": "what else the format tells",
 }
 
 
 _OF_GLOVES = ("handclean glove samples", "handclean glove calibration")
 
-_OF_ANY = ("format", "parts", "traps")
+_OF_ANY = ("format", "parts", "traps", "remarks")
 """Figures of HDF5 of an unknown kind; its attributes may be called anything."""
 
 _MORE = {"point": " without a name", "joint": " with angles"}
@@ -113,8 +115,7 @@ def inspect(source: Source, settings: Inspecting | None) -> Outcome:
         glove = import_module("handclean.commands.shared.glove_inspect")
         with seal.tolerated(True) as broken:
             found = glove.inspect_glove(source.path, about)
-        new = [line for line in broken if line not in found["traps"]]
-        about = {**found, "traps": [*new, *found["traps"]]}
+        about = with_remarks(found, broken)
     known = _OF_ANY if "parts" in about else FIGURES
     figures = {name: about.pop(name) for name in known if name in about}
     if "markers" in figures:

@@ -35,8 +35,8 @@ FILLERS: dict[str, Filler] = {
 }
 """Ways to fill, by the name the setting ``method`` has for them."""
 
-EVENT = "gap in "
-"""How the text of every event of this package begins."""
+KIND = "gap"
+"""Of every event of this package."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,12 +272,23 @@ def _events(
     recording: Recording, model: Model, gaps: list[Gap], method: str
 ) -> tuple[Event, ...]:
     """Events of a take with those of its gaps in place of an earlier run's."""
-    starts = tuple(f"{EVENT}{label}:" for label in model.labels)
-    kept = [event for event in recording.events if not event.text.startswith(starts)]
+    kept = [
+        event
+        for event in recording.events
+        if event.kind != KIND or event.marker not in model.labels
+    ]
     for gap in gaps:
+        marker = model.labels[gap.column]
         what = f"left open, {gap.refused}" if gap.refused else f"filled by {method}"
-        text = f"{EVENT}{model.labels[gap.column]}: {what}"
-        kept.append(Event(start=gap.start, stop=gap.stop, text=text))
+        kept.append(
+            Event(
+                start=gap.start,
+                stop=gap.stop,
+                text=f"gap in {marker}: {what}",
+                kind=KIND,
+                marker=marker,
+            )
+        )
     return tuple(sorted(kept, key=lambda event: (event.start, event.stop)))
 
 

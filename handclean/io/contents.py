@@ -1,7 +1,7 @@
 """What is in a take's file, and what is odd about it, as plain JSON values."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,10 @@ from handclean.io.hdf5.session import FORMAT
 from handclean.io.hdf5.subject import FORMAT as SUBJECT
 from handclean.io.hdf5.subject import inspect_subject
 from handclean.io.oddities import odd
-from handclean.io.shared.reading import Reading, finite
+from handclean.io.shared.reading import Reading, finite, reported, with_remarks
 from handclean.io.takes import reading_of
 from handclean.recording import Motion, Recording, Trajectories
+from handclean.remarks import Remark, remark, texts
 
 _GLOVE = "if a glove's sensors read this, calibrate-glove takes it with --glove"
 
@@ -32,19 +33,17 @@ def inspect_take(
         If it cannot be read, or the options contradict it.
     """
     suffix = path.suffix.lower()
-    reading, unsaid = _as_far_as_said(path, rate_hz, unit)
+    found = _as_far_as_said(path, rate_hz, unit)
+    reading = found.reading
     about = {
         "format": suffix.removeprefix("."),
         **_about(reading.recording),
         "unit": reading.unit,
-        "traps": [*reading.traps, *unsaid, *odd(reading.recording)],
+        **reported((*reading.remarks, *found.remarks, *odd(reading.recording))),
     }
-    for key, option in (("rate", "--rate"), ("unit", "--unit")):
-        if any(option in line for line in unsaid):
-            about[key] = None
-    if about["rate"] is None:
-        about["duration_s"] = None
-    return about
+    unknown = {"--rate": ("rate", "duration_s"), "--unit": ("unit",)}
+    blank = [key for option in found.unsaid for key in unknown[option]]
+    return about | dict.fromkeys(blank)
 
 
 def inspect_csv(
@@ -87,31 +86,43 @@ def inspect_h5(
 
 def _inspect_other_h5(path: Path, name: str) -> dict[str, Any]:
     """Return what is in an HDF5 file of ours that is no session."""
-    traps = []
+    remarks = []
     if name == SUBJECT:
         try:
             return inspect_subject(path)
         except HandcleanError as error:
-            traps.append(error.wrong)
+            remarks.append(remark("damage", error.wrong))
     part = read_h5(path, name, version=2**31)
     about = {"format": name, **dict(part.attrs), "parts": sorted(part.items)}
-    return {**about, "traps": traps}
+    return {**about, **reported(remarks)}
+
+
+class _AsFarAsSaid(NamedTuple):
+    """A reading, the options that would say what the file does not, and remarks."""
+
+    reading: Reading
+    unsaid: tuple[str, ...]
+    remarks: tuple[Remark, ...]
 
 
 def _as_far_as_said(
     path: Path, rate_hz: float | None, unit: str | None
-) -> tuple[Reading, list[str]]:
+) -> _AsFarAsSaid:
     """Read a file with stand-ins for what it does not say; and say so."""
     unsaid: list[str] = []
+    remarks: list[Remark] = []
     for _ in range(3):
         try:
             given = {"rate_hz": rate_hz, "unit": unit, "lenient": True}
-            return reading_of(path, given), unsaid
+            reading = reading_of(path, given)
+            return _AsFarAsSaid(reading, tuple(unsaid), tuple(remarks))
         except UnsaidError as error:
-            rate_hz = 1.0 if "--rate" in error.option else rate_hz
-            unit = "m" if "--unit" in error.option else unit
-            unsaid.append(error.wrong)
-    raise FileError(path, "; ".join(unsaid))
+            rate_hz = 1.0 if "--rate" in error.options else rate_hz
+            unit = "m" if "--unit" in error.options else unit
+            unsaid += error.options
+            kind = "unit" if error.options == ("--unit",) else "time"
+            remarks.append(remark(kind, error.wrong, options=list(error.options)))
+    raise FileError(path, "; ".join(texts(remarks)))
 
 
 def inspect_c3d_take(
@@ -141,7 +152,7 @@ def inspect_c3d_take(
         raise
     except HandcleanError:
         return about
-    return {**_about(take), **about, "traps": [*about["traps"], *odd(take)]}
+    return with_remarks({**_about(take), **about}, (), odd(take))
 
 
 def _about(take: Recording) -> dict[str, Any]:

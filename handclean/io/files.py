@@ -1,7 +1,7 @@
 """One door to all formats: read, write and inspect by suffix.
 
-What a reader found odd (see `handclean.io.shared.reading`) becomes an event over the
-whole take, so that it stays with the take through every later step.
+What a reader found odd (see `handclean.io.shared.reading`) is a remark of the take, and
+stays with it through every later step.
 """
 
 from collections.abc import Mapping
@@ -20,8 +20,10 @@ from handclean.io.formats import (
 )
 from handclean.io.hdf5 import seal
 from handclean.io.keeps import lost
+from handclean.io.shared.reading import with_remarks
 from handclean.io.takes import reading_of
-from handclean.recording import Event, Recording
+from handclean.recording import Recording
+from handclean.remarks import Remark, of_file
 
 
 def read(
@@ -38,7 +40,7 @@ def read(
     ----------
     rate_hz : [Hz] for formats that do not say (``--rate``).
     unit : of lengths, mm, cm or m, for formats that do not say (``--unit``); it is
-        taken where the file says another, and an event says so.
+        taken where the file says another, and a remark says so.
     lenient : save what can be saved of a file that was cut off.
     believe_coordinates : of a C3D that marks every point as missing.
 
@@ -58,10 +60,8 @@ def read(
     }
     with seal.tolerated(lenient) as broken:
         reading = reading_of(Path(path), given)
-    take = reading.recording
-    traps = (*broken, *reading.traps)
-    noted = tuple(Event(start=0, stop=take.frames, text=trap) for trap in traps)
-    return replace(take, events=(*take.events, *noted)) if noted else take
+    remarks = of_file(Path(path), (*broken, *reading.remarks))
+    return replace(reading.recording, remarks=remarks)
 
 
 def write(
@@ -71,7 +71,7 @@ def write(
     suffix: str = "",
     surfaces: Mapping[str, Surface] | None = None,
     unnamed: bool = False,
-) -> tuple[str, ...]:
+) -> tuple[Remark, ...]:
     """Write a take to exactly this path.
 
     Parameters
@@ -84,7 +84,7 @@ def write(
 
     Returns
     -------
-    what the format cannot hold or how it was met, one line each
+    what the format cannot hold or how it was met
 
     Raises
     ------
@@ -95,8 +95,8 @@ def write(
     wanted = check_suffix(path, suffix)
     format_ = BY_SUFFIX[wanted]
     given = {"surfaces": surfaces, "unnamed": unnamed}
-    notes = function(format_.write)(path, recording, **chosen(format_, given)) or ()
-    return (*lost(recording, wanted, unnamed=unnamed), *notes)
+    more = function(format_.write)(path, recording, **chosen(format_, given)) or ()
+    return (*lost(recording, wanted, unnamed=unnamed), *more)
 
 
 def check_suffix(path: Path | str, suffix: str = "") -> str:
@@ -126,7 +126,7 @@ def inspect(
     """Return what is in a file and what is odd about it, as plain JSON values.
 
     A file that is cut off or does not say its rate or unit is read as far as it goes;
-    that is a trap here, not an error.
+    that is a remark here, not an error. ``traps`` are the texts of the remarks.
 
     Raises
     ------
@@ -147,4 +147,4 @@ def inspect(
     }
     with seal.tolerated(True) as broken:
         about: dict[str, Any] = function(wanted.inspect)(path, **chosen(wanted, given))
-    return {**about, "traps": [*broken, *about["traps"]]} if broken else about
+    return with_remarks(about, broken)

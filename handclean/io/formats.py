@@ -11,12 +11,12 @@ take and return depends on what the format holds.
 ====== ============================ ==================================================
 holds  ``read``                     ``write``
 ====== ============================ ==================================================
-take   (path, options) -> `Reading` (path, recording, options) -> notes or None
-hand   (path) -> `ImportedHand`     (path, recording, options) -> notes
-mesh   (path, bytes) -> `RawMesh`   (path, `Mesh`) -> notes
+take   (path, options) -> `Reading` (path, recording, options) -> remarks or None
+hand   (path) -> `ImportedHand`     (path, recording, options) -> remarks
+mesh   (path, bytes) -> `RawMesh`   (path, `Mesh`) -> remarks
 ====== ============================ ==================================================
 
-Notes are what the file cannot hold, one line each. ``inspect`` takes (path, options)
+The remarks are on what the file cannot hold. ``inspect`` takes (path, options)
 and returns plain JSON values. Options are passed by name, and only those that the entry
 lists: ``rate_hz``, ``unit``, ``lenient``, ``believe_coordinates`` where files are read;
 ``surfaces``, ``unnamed`` where they are written.

@@ -14,6 +14,7 @@ import numpy as np
 
 from handclean.io.formats import BY_SUFFIX, FORMATS
 from handclean.recording import Motion, Origin, Recording
+from handclean.remarks import Remark, remark
 
 
 class Part(NamedTuple):
@@ -136,18 +137,21 @@ def parts(suffix: str, *, unnamed: bool = False) -> frozenset[str]:
 
 def lost(
     recording: Recording, suffix: str, *, unnamed: bool = False
-) -> tuple[str, ...]:
-    """Say in one line what of a take a format cannot keep; nothing if it keeps all."""
+) -> tuple[Remark, ...]:
+    """Remark on what of a take a format cannot keep; nothing if it keeps all."""
     kept = parts(suffix, unnamed=unnamed)
     gone = [
-        f"{part.name} ({much})" if (much := part.much(recording)) else part.name
+        (key, f"{part.name} ({much})" if (much := part.much(recording)) else part.name)
         for key, part in PARTS.items()
         if key not in kept and part.has(recording)
     ]
     if not gone:
         return ()
     name = suffix.removeprefix(".").upper()
-    return (f"{name} keeps no {', '.join(gone)}; .h5 keeps everything",)
+    text = (
+        f"{name} keeps no {', '.join(words for _, words in gone)}; .h5 keeps everything"
+    )
+    return (remark("not-kept", text, parts=[key for key, _ in gone]),)
 
 
 def kept(recording: Recording, suffix: str, *, unnamed: bool = False) -> Recording:

@@ -1,6 +1,6 @@
 """What is odd about the samples of a take, whatever file they are from.
 
-Nothing is changed; these are lines for ``inspect``.
+Nothing is changed; these are remarks for ``inspect``.
 """
 
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ from handclean.arrays import Floats, Ints, runs
 from handclean.io.shared.adult_size import size_of
 from handclean.io.shared.reading import finite
 from handclean.recording import Points, Recording, Trajectories
+from handclean.remarks import Remark, remark
 
 FROZEN_S, FROZEN_FRAMES = 0.25, 10
 """[s], frames: what does not change its last digit for so long stands still."""
@@ -36,9 +37,10 @@ FAR_M = 100.0
 _NAMED = 8
 
 
-def odd(take: Recording) -> list[str]:
-    """Say what is odd about the samples of a take: missing, far away, frozen."""
-    told, seen = [], 0
+def odd(take: Recording) -> list[Remark]:
+    """Remark on what is odd about the samples of a take: missing, far away, frozen."""
+    told: list[Remark] = []
+    seen = 0
     empty = np.ones(take.frames, dtype=bool)
     columns = take.markers is not None and bool(take.markers.labels)
     if take.markers is not None:
@@ -48,7 +50,9 @@ def odd(take: Recording) -> list[str]:
         counts = there.sum(axis=0).tolist()
         named = zip(take.markers.labels, counts, strict=True)
         if never := [label for label, count in named if not count]:
-            told.append(f"never there: {_listed(never)}")
+            told.append(
+                remark("unseen", f"never there: {_listed(never)}", markers=never)
+            )
     if take.unlabelled is not None:
         columns = True
         here = finite(take.unlabelled.positions)
@@ -57,13 +61,20 @@ def odd(take: Recording) -> list[str]:
     if not columns:
         return []
     if not seen:
-        return ["not a single point is there: all samples are missing"]
+        text = "not a single point is there: all samples are missing"
+        return [remark("unseen", text)]
     told += _far(take) or wrong_size(take)
     least = max(FROZEN_FRAMES, int(np.ceil(FROZEN_S * take.rate)))
     if blind := [(start, stop) for start, stop in runs(empty) if stop - start >= least]:
         frames = sum(stop - start for start, stop in blind)
         first = take.numbering.of(blind[0][0])
-        told.append(f"not a point is there in {frames} frames, from frame {first} on")
+        told.append(
+            remark(
+                "unseen",
+                f"not a point is there in {frames} frames, from frame {first} on",
+                count=frames,
+            )
+        )
     if take.markers is not None:
         told += _frozen(take.markers, least)
     if take.unlabelled is not None:
@@ -71,8 +82,8 @@ def odd(take: Recording) -> list[str]:
     return told
 
 
-def wrong_size(take: Recording) -> list[str]:
-    """Say that a take is not as large as its names or any room let expect.
+def wrong_size(take: Recording) -> list[Remark]:
+    """Remark that a take is not as large as its names or any room let expect.
 
     Named markers are measured against an adult's, else all points of a frame together.
     """
@@ -83,15 +94,17 @@ def wrong_size(take: Recording) -> list[str]:
         found = size_of(take.markers.labels, take.markers.positions[frames])
         if not SIZES[0] <= found.ratio <= SIZES[1] and np.isfinite(found.ratio):
             adult = _length(found.length / found.ratio)
-            return [
+            text = (
                 f"{found.words} is {_length(found.length)}, an adult's is about "
                 f"{adult}: is the unit right? (--unit)"
-            ]
+            )
+            return [remark("unit", text, ratio=found.ratio)]
     spans = [_span(points) for points in _of_frames(take, frames) if len(points) > 3]
     span = float(np.median(spans)) if spans else 0.0
     if span == 0.0 or SPOT_M <= span <= FAR_M:
         return []
-    return [f"the points of a frame span {_length(span)}: is the unit right? (--unit)"]
+    text = f"the points of a frame span {_length(span)}: is the unit right? (--unit)"
+    return [remark("unit", text, span_m=span)]
 
 
 def _of_frames(take: Recording, frames: Ints) -> Iterator[Floats]:
@@ -117,7 +130,7 @@ def _length(metres: float) -> str:
     return f"{metres:.2g} m" if metres >= 0.995 else f"{1e3 * metres:.2g} mm"
 
 
-def _far(take: Recording) -> list[str]:
+def _far(take: Recording) -> list[Remark]:
     """Points where no camera sees; a wrong unit makes such, too."""
     markers, points = take.markers, take.unlabelled
     parts = [np.zeros((0, 3))]
@@ -143,13 +156,14 @@ def _far(take: Recording) -> list[str]:
             away = np.concatenate([away, far[far > FAR_M]])
     if not len(away):
         return []
-    return [
+    text = (
         f"{len(away)} samples lie more than {FAR_M:g} m, up to {away.max():.3g} m, "
         f"from the middle of all ({_listed(names)}): is the unit right?"
-    ]
+    )
+    return [remark("implausible", text, markers=names, samples=len(away))]
 
 
-def _frozen(markers: Trajectories, least: int) -> list[str]:
+def _frozen(markers: Trajectories, least: int) -> list[Remark]:
     """Markers whose places are the same to the last digit while others move."""
     frames, names = 0, []
     at = markers.positions
@@ -164,10 +178,11 @@ def _frozen(markers: Trajectories, least: int) -> list[str]:
             names.append(label)
     if not names:
         return []
-    return [
+    text = (
         f"{_listed(names)}: the same to the last digit for {frames} frames in which "
         "others move; held, not measured?"
-    ]
+    )
+    return [remark("implausible", text, markers=names, count=frames)]
 
 
 def _moves(positions: Floats, column: int, start: int, stop: int) -> bool:
@@ -180,7 +195,7 @@ def _moves(positions: Floats, column: int, start: int, stop: int) -> bool:
     return bool(np.median(np.linalg.norm(span, axis=1)) > MOVE_M)
 
 
-def _frozen_points(points: Points, frames: int, least: int) -> list[str]:
+def _frozen_points(points: Points, frames: int, least: int) -> list[Remark]:
     """Points without a name that stay in one place while most do not."""
     if not len(points.frame):
         return []
@@ -202,10 +217,11 @@ def _frozen_points(points: Points, frames: int, least: int) -> list[str]:
     what = (
         "a point without a name stays" if count == 1 else f"{count} times a point stays"
     )
-    return [
+    text = (
         f"{what} the same to the last digit, for {held} frames in all, while most do "
         "not; held, not measured?"
-    ]
+    )
+    return [remark("implausible", text, points=count)]
 
 
 def _listed(names: list[str]) -> str:

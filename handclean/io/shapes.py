@@ -12,7 +12,9 @@ from handclean.io.gltf.read import Glb, floats, nodes_of, read_glb
 from handclean.io.gltf.skinned_map import SkinnedMap, load_skinned_map
 from handclean.io.mesh.meshes import looks_inwards, read_mesh
 from handclean.io.shared.joint_map import SHIPPED
+from handclean.io.shared.reading import reported
 from handclean.recording import Numbering
+from handclean.remarks import Remark, remark
 
 
 def read_hand(path: Path, joint_map: str = "") -> ImportedHand:
@@ -72,14 +74,14 @@ def inspect_glb(path: Path) -> dict[str, Any]:
         "joints": _joints(glb, names),
         "animations": len(glb.rows("animations")),
         "skeletons": {},
-        "traps": [],
+        **reported([]),
     }
     if len(glb.rows("skins")) != 1:
         return about | _motion(glb)
     try:
         hand = read_hand(path)
     except HandcleanError as error:
-        about["traps"] = [error.wrong]
+        about |= reported([remark("left-out", error.wrong)])
     else:
         tree, surface = hand.subject.model.tree, hand.subject.surface
         assert surface is not None, "an imported hand has a skin"
@@ -165,28 +167,30 @@ def inspect_mesh(path: Path, *, unit: str | None = None) -> dict[str, Any]:
     FileError
         If it is neither.
     """
-    traps: list[str] = []
+    remarks: list[Remark] = []
+    is_said = True
     try:
         mesh = read_mesh(path, unit=unit)
     except UsageError as error:
         if unit is not None:
             raise
-        traps.append(error.wrong)
+        remarks.append(remark("unit", error.wrong, option="--unit"))
+        is_said = False
         mesh = read_mesh(path, unit=_plausible(path))
-    traps += mesh.traps
+    remarks += mesh.remarks
     size = np.ptp(mesh.vertices, axis=0) * 1e3
     if len(mesh.faces) and looks_inwards(mesh):
-        traps.append("it is inside out")
+        remarks.append(remark("implausible", "it is inside out"))
     return {
         "format": path.suffix.lower().removeprefix("."),
-        "unit": mesh.unit if not traps or "--unit" not in traps[0] else None,
+        "unit": mesh.unit if is_said else None,
         "vertices": len(mesh.vertices),
         "faces": len(mesh.faces),
         "closed": bool(len(mesh.faces)) and is_closed(mesh.faces),
         "size_mm": size.round(2).tolist(),
         "normals": mesh.normals is not None,
         "colors": mesh.colors is not None,
-        "traps": traps,
+        **reported(remarks),
     }
 
 

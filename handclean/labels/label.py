@@ -199,5 +199,8 @@ def _events(labels: tuple[str, ...], trace: Trace) -> tuple[Event, ...]:
         for a, b in zip(
             np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True
         ):
-            events.append(Event(start=int(a), stop=int(b), text=f"gap of {name}"))
+            text = f"gap of {name}"
+            events.append(
+                Event(start=int(a), stop=int(b), text=text, kind="lost", marker=name)
+            )
     return tuple(sorted(events, key=lambda e: (e.start, e.stop)))

@@ -14,6 +14,7 @@ import threadpoolctl
 
 from handclean.errors import TAKE, FileError, HandcleanError, TakeNumber
 from handclean.io.hdf5 import walker
+from handclean.remarks import texts
 from handclean.runner import (
     conditions,
     interrupts,
@@ -196,8 +197,8 @@ def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
         try:
             outcome = step(given, work.settings)
         finally:
-            noted.note(None, broken)
-    outcome = replace(outcome, warnings=(*broken, *outcome.warnings))
+            noted.note(None, texts(broken))
+    outcome = replace(outcome, warnings=(*texts(broken), *outcome.warnings))
     unknown = [n for n in outcome.figures if not conditions.is_known(n, module.FIGURES)]
     assert not unknown, f"figures without a meaning: {unknown}"
     assert len(outcome.writers) == len(task.outputs), "a writer for each output"

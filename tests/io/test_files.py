@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.hand.model import neutral_pose
@@ -144,8 +145,8 @@ def test_a_unit_that_contradicts_a_file_is_taken_and_both_are_named(rng, tmp_pat
         stated, factor = ("m", 0.01) if suffix == ".h5" else ("mm", 10.0)
         plain, other = files.read(path), files.read(path, unit="cm")
         line = f"--unit cm is taken, though the file says {stated}"
-        assert [e.text for e in other.events].count(line) == 1
-        assert line not in [e.text for e in plain.events]
+        assert [e.text for e in other.remarks].count(line) == 1
+        assert line not in [e.text for e in plain.remarks]
         want = factor * plain.markers.positions
         np.testing.assert_allclose(other.markers.positions, want, rtol=1e-9)
         assert line in files.inspect(path, unit="cm")["traps"]
@@ -179,7 +180,7 @@ def test_what_was_odd_stays_with_the_take(rng, tmp_path):
     path = tmp_path / "a.trc"
     files.write(path, a_take(rng))
     path.write_text(path.read_text().replace("X1\tY1", "X0\tY0", 1))
-    texts = [event.text for event in files.read(path).events]
+    texts = [event.text for event in files.read(path).remarks]
     assert any("X0" in text for text in texts)
     assert files.inspect(path)["traps"] == texts
 
@@ -307,5 +308,5 @@ def test_rejected_samples_do_not_leave_the_session(tmp_path):
     files.write(tmp_path / "a.h5", take)
     back = files.read(tmp_path / "a.h5").markers
     assert back.origin.tolist() == [[3], [3]]
-    notes = files.write(tmp_path / "a.csv", take)
+    notes = texts(files.write(tmp_path / "a.csv", take))
     assert any("rejected" in note for note in notes)

@@ -6,6 +6,7 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.errors import FileError
 from handclean.hand.template import template
@@ -111,7 +112,7 @@ def test_every_format_that_is_written_stands_in_the_table():
 
 @pytest.mark.parametrize("suffix", [s for s in KEEPS if s != ".h5"])
 def test_one_line_names_what_a_format_loses(suffix, take, tmp_path):
-    line = files.write(tmp_path / f"a{suffix}", take)[0]
+    line = texts(files.write(tmp_path / f"a{suffix}", take))[0]
     assert line.startswith(f"{suffix[1:].upper()} keeps no ")
     for key, part in PARTS.items():
         named = line.removesuffix("; .h5 keeps everything").split(" keeps no ")[1]
@@ -121,10 +122,10 @@ def test_one_line_names_what_a_format_loses(suffix, take, tmp_path):
 
 def test_a_c3d_keeps_the_events_of_its_source(take, tmp_path):
     bare = replace(take, events=())
-    assert "events" not in files.write(tmp_path / "a.c3d", bare)[0]
+    assert "events" not in texts(files.write(tmp_path / "a.c3d", bare))[0]
     (event,) = files.read(tmp_path / "a.c3d").source_events
     assert (event.label, event.context) == ("grasp", "Right")
-    assert "events of the source" in files.write(tmp_path / "a.trc", bare)[0]
+    assert "events of the source" in texts(files.write(tmp_path / "a.trc", bare))[0]
 
 
 def test_nothing_is_said_where_nothing_is_lost(take, tmp_path):
@@ -154,13 +155,13 @@ def test_the_readme_shows_the_table():
 
 
 def test_bvh_says_how_many_frames_are_not_trusted_and_claims_no_trust(take, tmp_path):
-    (line,) = files.write(tmp_path / "a.bvh", take)
+    (line,) = texts(files.write(tmp_path / "a.bvh", take))
     assert "trust (3 of 20 frames are not trusted)" in line
     assert files.read(tmp_path / "a.bvh").motions["right"].trusted is None
 
 
 def test_a_mot_has_no_row_for_a_frame_that_is_not_trusted(take, tmp_path):
-    notes = files.write(tmp_path / "a.mot", take)
+    notes = texts(files.write(tmp_path / "a.mot", take))
     assert "3 of 20 frames are left out: they are not trusted" in notes[1]
     rows = (tmp_path / "a.mot").read_text().split("endheader\n")[1].splitlines()[1:]
     times = [float(row.split("\t")[0]) for row in rows]
@@ -174,7 +175,7 @@ def test_a_mot_of_which_nothing_is_trusted_is_refused_and_one_such_hand_left_out
     with pytest.raises(FileError, match="known and trusted"):
         files.write(tmp_path / "a.mot", replace(take, motions={"right": poor}))
     both = replace(take, motions={"left": poor, **take.motions})
-    notes = files.write(tmp_path / "b.mot", both)
+    notes = texts(files.write(tmp_path / "b.mot", both))
     assert "motion 'left' is left out: it is not trusted throughout" in notes
     assert files.inspect(tmp_path / "b.mot")["frames"] == 17
 
@@ -198,12 +199,12 @@ def test_a_csv_whose_trust_is_neither_0_nor_1_is_refused(take, tmp_path):
 
 
 def test_a_glb_counts_and_lists_what_is_not_trusted(take, tmp_path):
-    notes = files.write(tmp_path / "a.glb", take)
+    notes = texts(files.write(tmp_path / "a.glb", take))
     assert any("3 of 20 frames of 'right' are not trusted" in note for note in notes)
 
 
 def test_a_c3d_has_no_angles_in_frames_that_are_not_trusted(take, tmp_path):
-    notes = files.write(tmp_path / "a.c3d", take)
+    notes = texts(files.write(tmp_path / "a.c3d", take))
     assert "angles of 'right' are missing in 3 of 20 frames" in notes[1]
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.io import files
 from handclean.io.oddities import odd
@@ -40,9 +41,9 @@ def test_a_take_that_moves_is_not_odd(moving, rng):
 
 def test_a_frozen_marker_is_named(moving, rng):
     moving[50:90, 1] = moving[50, 1]
-    (trap,) = odd(labelled(moving))
+    (trap,) = texts(odd(labelled(moving)))
     assert trap.startswith("B: the same to the last digit for 40 frames")
-    (trap,) = odd(loose(moving, rng))
+    (trap,) = texts(odd(loose(moving, rng)))
     assert "a point without a name stays the same to the last digit, for 40" in trap
 
 
@@ -65,22 +66,22 @@ def test_missing_samples_are_not_frozen(moving):
 
 def test_a_marker_that_is_never_there_is_named(moving):
     moving[:, 3] = np.nan
-    assert odd(labelled(moving)) == ["never there: D"]
+    assert texts(odd(labelled(moving))) == ("never there: D",)
 
 
 def test_a_take_without_any_point_says_so(moving, rng):
     missing = np.full_like(moving, np.nan)
-    (trap,) = odd(labelled(missing))
+    (trap,) = texts(odd(labelled(missing)))
     assert "not a single point is there" in trap
-    (trap,) = odd(loose(missing, rng))
+    (trap,) = texts(odd(loose(missing, rng)))
     assert "not a single point is there" in trap
 
 
 def test_a_stretch_without_any_point_is_told(moving, rng):
     moving[120:160] = np.nan
     wanted = "not a point is there in 40 frames, from frame 121 on"
-    assert odd(labelled(moving)) == [wanted]
-    assert odd(loose(moving, rng)) == [wanted]
+    assert texts(odd(labelled(moving))) == (wanted,)
+    assert texts(odd(loose(moving, rng))) == (wanted,)
     moving[120] = 0.5
     moving[141:160] = 0.5 + 0.01 * rng.normal(size=(19, 4, 3))
     assert odd(labelled(moving)) == []
@@ -93,10 +94,10 @@ def test_what_has_no_points_to_miss_is_not_odd():
 @pytest.mark.parametrize("far", [1e27, 1e200, 150.0])
 def test_a_point_beyond_any_laboratory_is_named(moving, rng, far):
     moving[7, 2] = far
-    (trap,) = odd(labelled(moving))
+    (trap,) = texts(odd(labelled(moving)))
     assert trap.startswith("1 samples lie more than 100 m")
     assert "(C)" in trap
-    (trap,) = odd(loose(moving, rng))
+    (trap,) = texts(odd(loose(moving, rng)))
     assert "(points without a name)" in trap
 
 

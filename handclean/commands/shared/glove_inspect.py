@@ -12,6 +12,8 @@ from handclean.glove.gloves import Glove
 from handclean.glove.samples import FK, IK
 from handclean.io.hdf5.file import read_h5
 from handclean.io.hdf5.provenance import provenance_from
+from handclean.io.shared.reading import reported, with_remarks
+from handclean.remarks import Remark, remark
 
 
 def inspect_glove(path: Path, about: Mapping[str, Any]) -> dict[str, Any]:
@@ -20,7 +22,7 @@ def inspect_glove(path: Path, about: Mapping[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     about : what `handclean.io.files.inspect` found; that is all there is to say of a
-        file that is damaged, but for a trap that says so.
+        file that is damaged, but for a remark that says so.
     """
     look = _samples if about["format"] == glove_files.SAMPLES else _calibration
     try:
@@ -28,8 +30,7 @@ def inspect_glove(path: Path, about: Mapping[str, Any]) -> dict[str, Any]:
         made = [str(entry.get("command", "?")) for entry in steps]
         return {"format": about["format"], **look(path), "steps": made}
     except HandcleanError as error:
-        trap = error.wrong
-        return {**about, "traps": [*about["traps"], trap]}
+        return with_remarks(about, (), [remark("damage", error.wrong)])
 
 
 def _samples(path: Path) -> dict[str, Any]:
@@ -49,7 +50,7 @@ def _samples(path: Path) -> dict[str, Any]:
         "recordings": dict(zip(samples.groups, counts.tolist(), strict=True)),
         "rotations": rotations,
         "rotations_measured": len(glove.measured),
-        "traps": [],
+        **reported([]),
     }
 
 
@@ -83,13 +84,14 @@ def _calibration(path: Path) -> dict[str, Any]:
         "repeat_deg": float(np.degrees(found.repeat)),
         "worn_again": worn is not None,
         "doubt_deg": None if worn is None else float(np.degrees(worn.doubt)),
-        "traps": _without(found.glove, list(rotations)),
+        **reported(_without(found.glove, list(rotations))),
     }
 
 
-def _without(glove: Glove, rotations: Sequence[str]) -> list[str]:
+def _without(glove: Glove, rotations: Sequence[str]) -> list[Remark]:
     rest = [row.rotation for row in glove.measured if row.rotation not in rotations]
-    return [f"no model of {', '.join(rest)}"] if rest else []
+    text = f"no model of {', '.join(rest)}"
+    return [remark("unobserved", text, rotations=rest)] if rest else []
 
 
 def in_words(figures: Mapping[str, Any]) -> list[str]:

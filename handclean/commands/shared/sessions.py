@@ -9,6 +9,7 @@ from handclean.hand.subject import Subject
 from handclean.hand.surface import Surface
 from handclean.io import files
 from handclean.recording import Recording
+from handclean.remarks import texts
 from handclean.runner import noted
 from handclean.runner import provenance as record
 from handclean.runner.batch import Source
@@ -46,19 +47,17 @@ def remember(source: Source, recording: Recording) -> Recording:
 
 def traps(source: Source, recording: Recording) -> tuple[str, ...]:
     """Say what was odd about a file that was read; a session was warned of before."""
-    whole = (0, recording.frames)
-    told = [e.text for e in recording.events if (e.start, e.stop) == whole]
-    if source.path.suffix.lower() == ".h5":
-        told = overruled(source, recording)[-1:]
-    return tuple(told)
+    is_session = source.path.suffix.lower() == ".h5"  # its damage the runner tells
+    return tuple(
+        one.text
+        for one in recording.remarks
+        if not (is_session and one.kind == "damage")
+    )
 
 
-def overruled(source: Source, recording: Recording) -> list[str]:
-    """Say that ``--unit`` was taken where the file that was read says another."""
-    if source.unit is None:
-        return []
-    begins = f"--unit {source.unit} is taken"
-    return [e.text for e in recording.events if e.text.startswith(begins)]
+def is_overruled(recording: Recording) -> bool:
+    """Whether ``--unit`` was taken where the file that was read says another."""
+    return any("overruled" in one.data for one in recording.remarks)
 
 
 def traps_of_all(
@@ -123,6 +122,6 @@ def writer(
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
         take = replace(recording, provenance=provenance)
         lost = files.write(path, take, surfaces=surfaces, unnamed=unnamed)
-        return () if silent else lost
+        return () if silent else texts(lost)
 
     return write

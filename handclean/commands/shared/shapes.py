@@ -16,6 +16,7 @@ from handclean.io.hdf5.file import format_of
 from handclean.io.hdf5.subject import FORMAT, read_subject, write_subject
 from handclean.io.mesh.meshes import Mesh, read_mesh, write_mesh
 from handclean.io.shapes import read_hand
+from handclean.remarks import texts
 from handclean.runner import provenance as record
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
@@ -63,13 +64,13 @@ def mesh(source: Source) -> Outcome:
     found = read_mesh(source.path, unit=source.unit)
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
-        return write_mesh(path, found)
+        return texts(write_mesh(path, found))
 
     count, faces = len(found.vertices), len(found.faces)
     return Outcome(
         line=f"{count} vertices, {faces} faces" if faces else f"{count} points",
         figures={"vertices": count, "faces": faces},
-        warnings=found.traps,
+        warnings=texts(found.remarks),
         writers=(write,),
         history=record.of(source.path),
     )
@@ -146,15 +147,13 @@ def subject(
             write_hand(path, tree, skin)
             return ()
         normals = vertex_normals(skin.vertices, skin.faces)
-        return write_mesh(
-            path,
-            Mesh(
-                vertices=skin.vertices,
-                faces=skin.faces,
-                normals=normals,
-                colors=skin.colors,
-            ),
+        made = Mesh(
+            vertices=skin.vertices,
+            faces=skin.faces,
+            normals=normals,
+            colors=skin.colors,
         )
+        return texts(write_mesh(path, made))
 
     length = 1e3 * tree.scale * HAND_LENGTH
     words = f"a {tree.side} hand of {length:.0f} mm" if tree.side else f"a {tree.kind}"

@@ -31,6 +31,7 @@ from handclean.io.shared.joint_map import JointMap, check_bones, shipped
 from handclean.io.shared.reading import AGREE, METRES, Reading, settle_rate, settle_unit
 from handclean.io.shared.rotations import quaternion_from_matrix
 from handclean.recording import Event, Motion, Recording
+from handclean.remarks import Remark, remark
 from handclean.tree import JointTree
 
 MAX_SPEED = np.radians(1800.0)
@@ -105,7 +106,7 @@ def read_bvh_angles(
     joint_map = joint_map or _fitting(path, bvh)
     rate = settle_rate(path, bvh.rate, rate_hz)
     joint_map, overruled = _in_unit(path, joint_map, unit)
-    bvh = replace(bvh, traps=(*bvh.traps, *overruled))
+    bvh = replace(bvh, remarks=(*bvh.remarks, *overruled))
     if joint_map.exact and (hands := own_hands(bvh, joint_map)):
         return _own_reading(bvh, joint_map, hands, rate)
     try:
@@ -132,19 +133,28 @@ def read_bvh_angles(
         ),
         parameters={"BVH": _parameters(joint_map, mapped.fits)},
     )
-    traps = [*bvh.traps]
+    remarks = [*bvh.remarks]
     if mapped.jumps.any():
         count = np.count_nonzero(mapped.jumps)
-        traps.append(f"{count} frames beside or between tracking jumps are left out")
-    traps += _not_held(mapped.fits)
+        remarks.append(
+            remark(
+                "trust",
+                f"{count} frames beside or between tracking jumps are left out",
+                count=int(count),
+            )
+        )
+    remarks += _not_held(mapped.fits)
     if tree is not None:
-        traps.append(
-            "its joint tree has the file's bone lengths "
-            f"({100 * mapped.size:.0f} % of the template's) and the template's axes, "
-            "which the angles are about"
+        remarks.append(
+            remark(
+                "subject",
+                "its joint tree has the file's bone lengths "
+                f"({100 * mapped.size:.0f} % of the template's) and the template's "
+                "axes, which the angles are about",
+            )
         )
     length = f"{joint_map.unit_m:g} m"
-    return Reading(recording=recording, unit=length, traps=tuple(traps))
+    return Reading(recording=recording, unit=length, remarks=tuple(remarks))
 
 
 def _own_reading(
@@ -164,19 +174,27 @@ def _own_reading(
     )
     known = (*heads_of(bvh, joint_map), *(thing.name for thing in things))
     others = [n for n in bvh.names if n != WORLD and not n.startswith(known)]
-    traps = [*bvh.traps, *_not_held(fits)]
+    remarks = [*bvh.remarks, *_not_held(fits)]
     unsure = [f"{hand.name} {bone}" for hand in hands for bone in hand.unsure]
     if unsure:
-        traps.append(
-            "move too little to tell their hinge axes, so angles are about the "
-            f"template's as far as that goes: {', '.join(unsure)}"
+        remarks.append(
+            remark(
+                "subject",
+                "move too little to tell their hinge axes, so angles are about the "
+                f"template's as far as that goes: {', '.join(unsure)}",
+                bones=unsure,
+            )
         )
     if others:
-        traps.append(
-            f"neither a hand's nor an object's, left out: {', '.join(others[:10])}"
+        remarks.append(
+            remark(
+                "left-out",
+                f"neither a hand's nor an object's, left out: {', '.join(others[:10])}",
+                joints=others[:10],
+            )
         )
     length = f"{joint_map.unit_m:g} m"
-    return Reading(recording=recording, unit=length, traps=tuple(traps))
+    return Reading(recording=recording, unit=length, remarks=tuple(remarks))
 
 
 def _parameters(joint_map: JointMap, fits: Mapping[str, BoneFit]) -> dict[str, object]:
@@ -184,14 +202,15 @@ def _parameters(joint_map: JointMap, fits: Mapping[str, BoneFit]) -> dict[str, o
     return {"joint_map": joint_map.name, "not_held": held}
 
 
-def _not_held(fits: Mapping[str, BoneFit]) -> list[str]:
+def _not_held(fits: Mapping[str, BoneFit]) -> list[Remark]:
     """Say what hinges cannot hold, if it is more than a degree."""
     worst = max(fits, key=lambda bone: fits[bone].rms_deg)
     fit = fits[worst]
     if fit.rms_deg <= 1.0:
         return []
     said = f"{fit.rms_deg:.1f} degrees RMS, {fit.max_deg:.1f} at most"
-    return [f"rotation that hinges cannot hold: up to {said} ({worst})"]
+    text = f"rotation that hinges cannot hold: up to {said} ({worst})"
+    return [remark("fit", text, bone=worst, rms_deg=fit.rms_deg)]
 
 
 def _fitting(path: Path, bvh: BvhMotion) -> JointMap:
@@ -207,7 +226,7 @@ def _fitting(path: Path, bvh: BvhMotion) -> JointMap:
 
 def _in_unit(
     path: Path, joint_map: JointMap, unit: str | None
-) -> tuple[JointMap, list[str]]:
+) -> tuple[JointMap, list[Remark]]:
     """Return the map with the unit that ``--unit`` says, and a line if it says another.
 
     Raises
@@ -221,8 +240,10 @@ def _in_unit(
     if abs(given - joint_map.unit_m) <= AGREE * joint_map.unit_m:
         return joint_map, []
     said = f"{joint_map.unit_m:g} m of joint map {joint_map.name}"
-    line = f"--unit {unit} is taken, though the unit is the {said}"
-    return replace(joint_map, unit_m=given), [line]
+    text = f"--unit {unit} is taken, though the unit is the {said}"
+    return replace(joint_map, unit_m=given), [
+        remark("unit", text, taken=unit, overruled=said)
+    ]
 
 
 def map_motion(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> MappedMotion:

@@ -34,6 +34,7 @@ from handclean.io.shared.writing import (
     write_lines,
 )
 from handclean.recording import Recording, only_finite
+from handclean.remarks import Remark, remark
 from handclean.tree import MIRROR, JointTree
 
 _ORDER = "zxy"
@@ -59,7 +60,7 @@ class BvhMotion:
     turns : (T, J, 3, 3) rotation of each joint, to its parent's frame.
     ends : (J, 3) [unit of the file] end site of each joint in its frame, NaN if none.
     rate : [Hz].
-    traps : what was odd about the file.
+    remarks : what was odd about the file.
     """
 
     names: tuple[str, ...]
@@ -69,7 +70,7 @@ class BvhMotion:
     turns: Floats
     ends: Floats
     rate: float
-    traps: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def frames(self) -> int:
@@ -109,14 +110,14 @@ def read_bvh(path: Path, *, lenient: bool = False) -> BvhMotion:
         If it is not a BVH file.
     """
     lines = Lines(path, load_text(path))
-    traps: list[str] = []
+    remarks: list[Remark] = []
     tree = Hierarchy(lines)
     claim, rate = _motion_header(path, lines)
     width = sum(map(len, tree.channels))
     if not width:
         raise FileError(path, "has no channels")
     values = read_numbers(
-        lines, Form(columns=width, delimiter=None), traps, lenient=lenient
+        lines, Form(columns=width, delimiter=None), remarks, lenient=lenient
     )
     frames, joints = len(values), len(tree.names)
     if np.isnan(values).any():
@@ -127,7 +128,7 @@ def read_bvh(path: Path, *, lenient: bool = False) -> BvhMotion:
         said = f"Frames says {claim}, there are {frames} rows"
         if frames < claim and not lenient:
             raise FileError(path, said, f"a cut file? --lenient saves {frames} frames")
-        traps.append(said)
+        remarks.append(remark("header", said, stated=claim, rows=frames))
     offsets, ends = np.array(tree.offsets), np.full((joints, 3), np.nan)
     for joint, end in tree.ends.items():
         ends[joint] = end
@@ -140,7 +141,7 @@ def read_bvh(path: Path, *, lenient: bool = False) -> BvhMotion:
         turns=turns,
         ends=ends,
         rate=rate,
-        traps=tuple(traps),
+        remarks=tuple(remarks),
     )
 
 
@@ -179,7 +180,7 @@ def _unroll(tree: Hierarchy, values: Floats, offsets: Floats) -> tuple[Floats, F
     return places, turns
 
 
-def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
+def write_bvh(path: Path, recording: Recording) -> tuple[Remark, ...]:
     """Write all motions of a take as one BVH file.
 
     One motion is one ROOT; several hang on a ROOT called ``world`` and their joints'
@@ -200,7 +201,7 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
     several = len(motions) > 1
     hierarchy: list[str] = []
     blocks: list[Floats] = []
-    notes: list[str] = []
+    remarks: list[Remark] = []
     if several:
         hierarchy += [f"ROOT {WORLD}", "{", *_joint_lines(np.zeros(3), True, 1)]
         blocks.append(np.zeros((recording.frames, 6)))
@@ -216,8 +217,13 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
         if missing == len(held):
             raise FileError(path, f"cannot be written: motion '{name}' is all missing")
         if missing:
-            notes.append(
-                f"{missing} frames without a pose of '{name}' hold the last one"
+            remarks.append(
+                remark(
+                    "not-kept",
+                    f"{missing} frames without a pose of '{name}' hold the last one",
+                    model=name,
+                    count=missing,
+                )
             )
         head = f"{name}_" if several else ""
         hierarchy += _bone_lines(tree, head, int(several))
@@ -231,7 +237,7 @@ def write_bvh(path: Path, recording: Recording) -> tuple[str, ...]:
     table = np.column_stack(blocks)
     body = rows(table, [9] * table.shape[1], " ")
     write_lines(path, chain(["HIERARCHY"], hierarchy, motion_lines, body))
-    return tuple(notes)
+    return tuple(remarks)
 
 
 def _joint_lines(offset: Floats, root: bool, depth: int) -> list[str]:

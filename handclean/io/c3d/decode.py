@@ -23,6 +23,7 @@ from handclean.io.c3d.samples import (
 )
 from handclean.io.c3d.structure import Structure
 from handclean.recording import Origin, Points, Trajectories
+from handclean.remarks import Remark, remark
 
 BLOCK_SAMPLES = 1 << 15
 """Samples decoded at once: they stay in the cache."""
@@ -191,60 +192,113 @@ class _Loose:
         )
 
 
-def decisions(tally: Tally, labels: list[str], zeros_are_missing: bool) -> list[str]:
-    """Words for what decoding decided about samples."""
-    notes = []
+def decisions(tally: Tally, labels: list[str], zeros_are_missing: bool) -> list[Remark]:
+    """Remark on what decoding decided about samples."""
+    remarks: list[Remark] = []
     if tally.zeros:
         names = some_of([labels[i] or f"point {i}" for i in tally.zeros])
         taken = "missing" if zeros_are_missing else "measured"
         total = sum(tally.zeros.values())
-        notes.append(f"{total} points at (0, 0, 0) count as {taken}: {names}")
+        remarks.append(
+            remark(
+                "missing",
+                f"{total} points at (0, 0, 0) count as {taken}: {names}",
+                samples=total,
+            )
+        )
     if tally.not_finite:
-        notes.append(f"{tally.not_finite} points with NaN or infinity count as missing")
+        remarks.append(
+            remark(
+                "missing",
+                f"{tally.not_finite} points with NaN or infinity count as missing",
+                samples=tally.not_finite,
+            )
+        )
     if tally.computed and tally.recorded:
-        notes.append(
-            f"{tally.computed} points have residual 0 where others have one: they were "
-            "interpolated or computed and do not count as measured"
+        remarks.append(
+            remark(
+                "filled",
+                f"{tally.computed} points have residual 0 where others have one: they "
+                "were interpolated or computed and do not count as measured",
+                samples=tally.computed,
+            )
         )
     if tally.listed > 0:
-        notes.append(
-            f"{tally.listed} points are listed in HANDCLEAN:FILLED: they were filled "
-            "and do not count as measured"
+        remarks.append(
+            remark(
+                "filled",
+                f"{tally.listed} points are listed in HANDCLEAN:FILLED: they were "
+                "filled and do not count as measured",
+                samples=tally.listed,
+            )
         )
     if tally.listed < 0:
-        notes.append(
-            "HANDCLEAN:FILLED lists other samples than these: which of them were "
-            "filled is not known"
+        remarks.append(
+            remark(
+                "filled",
+                "HANDCLEAN:FILLED lists other samples than these: which of them were "
+                "filled is not known",
+            )
         )
     if tally.believed:
-        notes.append(
-            f"every point is marked missing; {tally.computed} that have coordinates "
-            "are believed, as --believe-coordinates has it"
+        remarks.append(
+            remark(
+                "missing",
+                f"every point is marked missing; {tally.computed} that have "
+                "coordinates are believed, as --believe-coordinates has it",
+                samples=tally.computed,
+            )
         )
     if tally.strange:
-        notes.append(f"{tally.strange} points with a senseless fourth word are missing")
+        remarks.append(
+            remark(
+                "missing",
+                f"{tally.strange} points with a senseless fourth word are missing",
+                samples=tally.strange,
+            )
+        )
     if tally.with_place and tally.invalid == tally.samples:
-        notes.append(
-            f"every point is marked missing, though {tally.with_place} have "
-            "coordinates; --believe-coordinates takes these"
+        remarks.append(
+            remark(
+                "missing",
+                f"every point is marked missing, though {tally.with_place} have "
+                "coordinates; --believe-coordinates takes these",
+                samples=tally.with_place,
+            )
         )
-    return notes
+    return remarks
 
 
-def oddities(tally: Tally, coding: Coding) -> list[str]:
-    """Words for what decoding met and took as it is."""
-    notes = []
+def taken_as_is(tally: Tally, coding: Coding) -> list[Remark]:
+    """Remark on what decoding met and took as it is."""
+    remarks: list[Remark] = []
     if tally.computed and not (tally.recorded or tally.believed):
-        notes.append("all residuals are 0: they were not recorded")
+        remarks.append(remark("header", "all residuals are 0: they were not recorded"))
     if tally.unsigned:
-        notes.append(f"{tally.unsigned} points are marked missing by an unsigned word")
-    if tally.fractional:
-        notes.append(f"{tally.fractional} fourth words are not whole numbers")
-    if tally.with_place and tally.invalid < tally.samples:
-        notes.append(f"{tally.with_place} points marked missing have coordinates")
-    if tally.extreme:
-        notes.append(
-            f"{tally.extreme} coordinates are at the end of 16 bits "
-            f"({32767 * coding.scale:g}): they may have overflown"
+        remarks.append(
+            remark(
+                "header",
+                f"{tally.unsigned} points are marked missing by an unsigned word",
+            )
         )
-    return notes
+    if tally.fractional:
+        remarks.append(
+            remark("header", f"{tally.fractional} fourth words are not whole numbers")
+        )
+    if tally.with_place and tally.invalid < tally.samples:
+        remarks.append(
+            remark(
+                "missing",
+                f"{tally.with_place} points marked missing have coordinates",
+                samples=tally.with_place,
+            )
+        )
+    if tally.extreme:
+        remarks.append(
+            remark(
+                "implausible",
+                f"{tally.extreme} coordinates are at the end of 16 bits "
+                f"({32767 * coding.scale:g}): they may have overflown",
+            )
+        )
+    return remarks

@@ -17,6 +17,7 @@ from handclean.io.c3d.parameters import Section
 from handclean.io.c3d.samples import Coding, placed, valid
 from handclean.io.shared.reading import METRES, named_unit
 from handclean.recording import Origin, Recording
+from handclean.remarks import Remark, remark
 
 BLOCK_SAMPLES = 1 << 15
 TOP = 32000
@@ -62,7 +63,7 @@ class Writing:
     turn : what one radian is in an angle's coordinate.
     unrecorded : whether all fourth words are 0 where there is a point, as in the
         source; `handclean.io.c3d.filled` says what was filled.
-    notes : what the file cannot hold or how it was met, one line each.
+    remarks : what the file cannot hold or how it was met, one each.
     """
 
     recording: Recording
@@ -75,7 +76,7 @@ class Writing:
     tail: bytes | None = None
     turn: float = 180.0 / np.pi
     unrecorded: bool = False
-    notes: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
 
 def source_of(recording: Recording, where: Path | str) -> Source | None:
@@ -166,25 +167,31 @@ def check_fits(largest: float, coding: Coding, where: Path | str) -> None:
         raise FileError(where, f"a coordinate of {largest:g} m is no place")
 
 
-def rejected(recording: Recording) -> tuple[str, ...]:
-    """Return a line for samples that are lost because they were rejected."""
+def rejected(recording: Recording) -> tuple[Remark, ...]:
+    """Remark on samples that are lost because they were rejected."""
     markers = recording.markers
     count = 0
     if markers is not None:
         count = int(np.count_nonzero(markers.origin == Origin.REJECTED))
-    return (f"{count} rejected samples are written as missing",) if count else ()
+    text = f"{count} rejected samples are written as missing"
+    return (remark("not-kept", text, samples=count),) if count else ()
 
 
-def untrusted(recording: Recording) -> tuple[str, ...]:
-    """Return a line for each motion some of whose angles are not written."""
+def untrusted(recording: Recording) -> tuple[Remark, ...]:
+    """Remark on each motion some of whose angles are not written."""
     counts = {
         name: int(np.count_nonzero(~motion.trusted))
         for name, motion in recording.motions.items()
         if motion.names and motion.trusted is not None
     }
     return tuple(
-        f"angles of '{name}' are missing in {count} of {recording.frames} frames: they "
-        "are not trusted, and C3D cannot say so"
+        remark(
+            "not-kept",
+            f"angles of '{name}' are missing in {count} of {recording.frames} frames: "
+            "they are not trusted, and C3D cannot say so",
+            model=name,
+            count=count,
+        )
         for name, count in counts.items()
         if count
     )

@@ -27,6 +27,7 @@ import numpy as np
 from handclean.arrays import Bytes
 from handclean.io.c3d.numbers import Processor, floats_at, shorts_at
 from handclean.io.c3d.parameters import BLOCK, FLOATS, Section
+from handclean.remarks import Remark, remark
 
 T = TypeVar("T")
 FULL = 65535  # the largest count of 16 bits: "look further"
@@ -58,7 +59,7 @@ class Layout:
     is_float : 32-bit floats, else 16-bit integers.
     frames : as claimed; held : whole ones the file holds, at most ``frames``.
     first_frame : number of the first frame.
-    notes : what was contradictory and how it was decided.
+    remarks : what was contradictory and how it was decided.
     """
 
     data_at: int
@@ -68,7 +69,7 @@ class Layout:
     frames: int
     held: int
     first_frame: int
-    notes: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def word_bytes(self) -> int:
@@ -175,7 +176,7 @@ def find_layout(raw: Bytes, at: int, header: Header, section: Section) -> Layout
         frames=frames,
         held=min(frames, room),
         first_frame=_first_frame(header, section, frames),
-        notes=tuple(_disputes(header, section, shape, claims, claim)),
+        remarks=tuple(_disputes(header, section, shape, claims, claim)),
     )
 
 
@@ -283,8 +284,8 @@ def _disputes(
     shape: _Shape,
     claims: list[_Claim],
     taken: _Claim,
-) -> list[str]:
-    """Words for each number that not all places agree on."""
+) -> list[Remark]:
+    """Remark on each number that not all places agree on."""
     heard = [
         ("points", count(section, "POINT", "USED"), header.points, shape.points),
         (
@@ -300,8 +301,13 @@ def _disputes(
             shape.analog_words,
         ),
     ]
-    notes = [
-        f"{name}: the parameters say {theirs}, the header {ours}; {found} was taken"
+    remarks = [
+        remark(
+            "header",
+            f"{name}: the parameters say {theirs}, the header {ours}; {found} was "
+            "taken",
+            taken=found,
+        )
         for name, theirs, ours, found in heard
         if theirs is not None and not theirs == ours == found
     ]
@@ -311,13 +317,21 @@ def _disputes(
         if c.frames != taken.frames and not c.at_least
     ]
     if others:
-        notes.append(
-            f"frames: {taken.who} says {taken.frames}, which was taken, "
-            f"but {', '.join(others)}"
+        remarks.append(
+            remark(
+                "header",
+                f"frames: {taken.who} says {taken.frames}, which was taken, "
+                f"but {', '.join(others)}",
+                taken=taken.frames,
+            )
         )
     if any(c.at_least for c in claims):
-        notes.append(
-            f"the frame count is {FULL}, the most that 16 bits hold, and nothing says "
-            f"more: {taken.frames} frames by {taken.who}"
+        remarks.append(
+            remark(
+                "header",
+                f"the frame count is {FULL}, the most that 16 bits hold, and nothing "
+                f"says more: {taken.frames} frames by {taken.who}",
+                taken=taken.frames,
+            )
         )
-    return notes
+    return remarks

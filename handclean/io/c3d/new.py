@@ -73,7 +73,7 @@ def new_file(
         coding=coding,
         head=head.raw,
         analog=analog,
-        notes=rejected(recording),
+        remarks=rejected(recording),
     )
 
 

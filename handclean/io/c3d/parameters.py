@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from handclean.arrays import Floats
 from handclean.io.c3d.numbers import Processor, floats_at, shorts_at
+from handclean.remarks import Remark, remark
 
 BLOCK = 512
 MOST_BLOCKS = 255  # a section's length is one byte
@@ -62,14 +63,14 @@ class Section:
     """A parameter section.
 
     ``lead`` are its first four bytes, ``rest`` what follows the last entry that could
-    be read; ``notes`` say in words what is wrong with it.
+    be read; ``remarks`` tell what is wrong with it.
     """
 
     processor: Processor
     lead: bytes
     entries: tuple[Entry, ...]
     rest: bytes = b""
-    notes: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
     def group_name(self, group: int) -> str:
         """Name of a group by its number."""
@@ -161,12 +162,16 @@ def parse_section(raw: bytes, processor: Processor) -> Section:
     raw : the section and what follows it, up to the data.
     """
     entries: list[Entry] = []
-    notes: list[str] = []
+    remarks: list[Remark] = []
     at = 4
     while at + 2 <= len(raw) and raw[at] != 0:
         entry = _parse_entry(raw, at, processor)
         if entry is None:
-            notes.append(f"the parameter section cannot be read from byte {at} on")
+            remarks.append(
+                remark(
+                    "damage", f"the parameter section cannot be read from byte {at} on"
+                )
+            )
             break
         entries.append(entry)
         at += len(entry.raw)
@@ -174,17 +179,23 @@ def parse_section(raw: bytes, processor: Processor) -> Section:
             break
     else:
         if at + 2 > len(raw):
-            notes.append("the parameter section has no end mark")
+            remarks.append(remark("damage", "the parameter section has no end mark"))
     section = Section(
         processor=processor, lead=raw[:4], entries=tuple(entries), rest=raw[at:]
     )
     for entry in entries:
         where = f"{section.group_name(entry.group)}:{entry.name}"
         if entry.cut:
-            notes.append(f"{where} is cut short or of an unknown kind")
+            remarks.append(
+                remark("damage", f"{where} is cut short or of an unknown kind")
+            )
         if entry.lost:
-            notes.append(f"{where} says that the next entry is outside the section")
-    return replace(section, notes=tuple(notes))
+            remarks.append(
+                remark(
+                    "damage", f"{where} says that the next entry is outside the section"
+                )
+            )
+    return replace(section, remarks=tuple(remarks))
 
 
 def offset_at(raw: bytes) -> int:

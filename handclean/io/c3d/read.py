@@ -36,6 +36,7 @@ was filled) for both; ``c3d_decode``, ``c3d_analog``, ``c3d_events`` for reading
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -48,8 +49,8 @@ from handclean.io.c3d.decode import (
     PointColumns,
     decisions,
     decode_points,
-    oddities,
     sort_columns,
+    taken_as_is,
 )
 from handclean.io.c3d.events import read_events
 from handclean.io.c3d.head import Head
@@ -64,11 +65,13 @@ from handclean.io.shared.reading import (
     UNLABELLED,
     Reading,
     named_unit,
+    reported,
     settle_rate,
     settle_unit,
 )
 from handclean.io.shared.writing import unwritable
-from handclean.recording import Event, Origin, Recording, Trajectories, only_finite
+from handclean.recording import Origin, Recording, Trajectories, only_finite
+from handclean.remarks import Remark, of_file, remark
 
 
 def read_c3d(
@@ -93,7 +96,7 @@ def read_c3d(
     believe_coordinates : take points with coordinates in a file that marks every point
         as missing, as some programs do; an event says how many.
     unit : of lengths, for files that do not say; where one says another, it is taken
-        and an event says so. Without either the format's own default, mm, holds.
+        and a remark says so. Without either the format's own default, mm, holds.
     rate : for files that do not say; must agree with those that do.
 
     Raises
@@ -107,7 +110,7 @@ def read_c3d(
     path = Path(path)
     structure = open_c3d(path, lenient)
     hz = _rate(structure, rate)
-    taken: list[str] = []
+    taken: list[Remark] = []
     name = settle_unit(path, structure.head.unit or unit or "mm", unit, taken)
     coding, scales = settle_scale(structure, METRES[name.lower()])
     columns = sort_columns(structure, unlabelled)
@@ -116,11 +119,17 @@ def read_c3d(
         structure, coding, columns, tally, zeros_are_missing, believe_coordinates
     )
     layout = structure.layout
-    events = [*structure.repairs, *decisions(tally, columns.labels, zeros_are_missing)]
+    told = [*structure.remarks, *decisions(tally, columns.labels, zeros_are_missing)]
     if structure.head.unit is None and unit is None:
-        events.append("POINT:UNITS is missing: mm, the format's default, was taken")
-    events += [*taken, scales] if scales else taken
-    events += twice([columns.labels[i] for i in columns.markers])
+        told.append(
+            remark(
+                "unit",
+                "POINT:UNITS is missing: mm, the format's default, was taken",
+                taken="mm",
+            )
+        )
+    told += [*taken, *scales]
+    told += twice([columns.labels[i] for i in columns.markers])
     return Recording(
         rate=hz,
         frames=layout.held,
@@ -128,7 +137,7 @@ def read_c3d(
         up_axis=_up_axis(structure),
         markers=markers,
         unlabelled=loose,
-        events=tuple(Event(start=0, stop=layout.held, text=text) for text in events),
+        remarks=of_file(path, told),
         analog=read_analog(structure, hz),
         parameters={"c3d": _kept(structure, name, columns, coding)},
         source_events=read_events(structure.head, layout.first_frame, hz),
@@ -151,15 +160,21 @@ def read_c3d_take(
         rate=rate_hz,
         believe_coordinates=believe_coordinates,
     )
-    return Reading(recording=take, unit=str(take.parameters["c3d"]["unit"]))
+    return Reading(
+        recording=replace(take, remarks=()),
+        unit=str(take.parameters["c3d"]["unit"]),
+        remarks=take.remarks,
+    )
 
 
-def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> tuple[str, ...]:
+def write_c3d(
+    target: Path | str | BinaryIO, recording: Recording
+) -> tuple[Remark, ...]:
     """Write a recording as C3D; see `handclean.io.c3d.write` for what becomes of it.
 
     Returns
     -------
-    what the file cannot hold or how it was met, one line each
+    what the file cannot hold or how it was met
 
     Raises
     ------
@@ -170,14 +185,14 @@ def write_c3d(target: Path | str | BinaryIO, recording: Recording) -> tuple[str,
     if not isinstance(target, Path | str):
         writing = plan_writing(recording, "C3D")
         target.writelines(encode_c3d(writing))
-        return writing.notes
+        return writing.remarks
     writing = plan_writing(recording, target)
     try:
         with open(target, "wb") as file:
             file.writelines(encode_c3d(writing))
     except OSError as error:
         raise unwritable(target, error) from None
-    return writing.notes
+    return writing.remarks
 
 
 def inspect_c3d(
@@ -185,7 +200,7 @@ def inspect_c3d(
 ) -> dict[str, Any]:
     """Return what is in a file and what is odd about it, as plain JSON values.
 
-    A truncated file, an unknown unit and a rate of 0 are traps here, not errors.
+    A truncated file, an unknown unit and a rate of 0 are remarks here, not errors.
 
     Parameters
     ----------
@@ -199,36 +214,57 @@ def inspect_c3d(
     path = Path(path)
     structure = open_c3d(path, lenient=True, needs_points=False)
     head, layout = structure.head, structure.layout
-    traps = [*structure.repairs, *structure.remarks]
+    remarks = [*structure.remarks, *structure.asides]
     said = head.unit or unit or "mm"
     if unit is not None:
-        said = settle_unit(path, said, unit, traps)
+        said = settle_unit(path, said, unit, remarks)
     elif head.unit is None:
-        traps.append("POINT:UNITS is missing: mm, the format's default, is taken")
+        remarks.append(
+            remark(
+                "unit",
+                "POINT:UNITS is missing: mm, the format's default, is taken",
+                taken="mm",
+            )
+        )
     elif named_unit(said) is None:
-        traps.append(f"POINT:UNITS is '{said}', which is no unit known here")
+        remarks.append(
+            remark(
+                "unit",
+                f"POINT:UNITS is '{said}', which is no unit known here",
+                stated=said,
+            )
+        )
     known = named_unit(said)
     rate = stated_rate(structure)
     if not rate > 0:
-        traps.append(f"POINT:RATE is {rate:g}")
+        remarks.append(remark("time", f"POINT:RATE is {rate:g}"))
     columns = sort_columns(structure, UNLABELLED)
     tally = Tally()
     coding, scales = settle_scale(structure, METRES[known.lower()] if known else 1.0)
-    traps += [scales] if scales else []
-    traps += twice([columns.labels[i] for i in columns.markers])
+    remarks += scales
+    remarks += twice([columns.labels[i] for i in columns.markers])
     markers, loose = decode_points(
         structure, coding, columns, tally, True, believe_coordinates
     )
     if not structure.points:
-        traps.append("it has no points, only analog channels")
-    traps += decisions(tally, columns.labels, True) + oddities(tally, coding)
+        remarks.append(remark("left-out", "it has no points, only analog channels"))
+    remarks += decisions(tally, columns.labels, True) + taken_as_is(tally, coding)
     residual = _residual_range(markers)
     if residual and residual[1] > 254.5 * coding.scale * coding.metres:
-        traps.append(
-            "some residuals are at 255 steps of POINT:SCALE, the most there is"
+        remarks.append(
+            remark(
+                "implausible",
+                "some residuals are at 255 steps of POINT:SCALE, the most there is",
+            )
         )
     if len(columns.outputs):
-        traps.append(f"{len(columns.outputs)} points are model outputs, not markers")
+        remarks.append(
+            remark(
+                "left-out",
+                f"{len(columns.outputs)} points are model outputs, not markers",
+                points=len(columns.outputs),
+            )
+        )
     seen = {} if markers is None else _seen(markers)
     hz = rate if rate > 0 else 1.0
     analog = read_analog(structure, hz)
@@ -257,7 +293,7 @@ def inspect_c3d(
             for e in read_events(head, layout.first_frame, hz, as_stored=True)
         ],
         "groups": sorted(plain_values(head.section)),
-        "traps": traps,
+        **reported(remarks),
     }
 
 

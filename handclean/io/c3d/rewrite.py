@@ -29,6 +29,7 @@ from handclean.io.c3d.numbers import Words
 from handclean.io.c3d.parameters import BLOCK, Section
 from handclean.io.c3d.samples import SHORT_MAX, SHORT_MIN, Coding
 from handclean.recording import Recording
+from handclean.remarks import remark
 
 
 def same_file(
@@ -50,7 +51,7 @@ def same_file(
         low = min(low / coding.metres, float(values.min(initial=0.0)))
         high = max(high / coding.metres, float(values.max(initial=0.0)))
         coding = _with_room(source, low, high)
-    notes = list(rejected(recording))
+    remarks = list(rejected(recording))
     section = head.section
     if not columns.unchanged or len(columns.columns) != source.points:
         section = _with_labels(section, columns, source.points)
@@ -58,29 +59,46 @@ def same_file(
     section = with_angles(section, angles)
     if source.unit:
         section = with_strings(section, "POINT", "UNITS", [source.unit], 4)
-        notes.append(f"POINT:UNITS is {source.unit} now, as --unit said")
+        remarks.append(
+            remark(
+                "unit",
+                f"POINT:UNITS is {source.unit} now, as --unit said",
+                taken=source.unit,
+            )
+        )
     unrecorded = coding == source.coding and is_unrecorded(source)
     filled = marks_of(recording, columns, coding) if unrecorded else NO_MARKS
     marked = with_marks(section, filled)
     if marked is None:
-        notes.append(
-            "which samples are filled is not kept: residuals of the source were not "
-            "recorded, and the file has no room for a list of its gaps"
+        remarks.append(
+            remark(
+                "not-kept",
+                "which samples are filled is not kept: residuals of the source were "
+                "not recorded, and the file has no room for a list of its gaps",
+            )
         )
         marked = without_group(section, GROUP)
     section = marked
     if coding.scale != source.coding.scale:
         section = with_floats(section, "POINT", "SCALE", coding.scale)
         head = with_header_floats(head, {12: coding.scale})
-        notes.append(
-            f"POINT:SCALE went from {source.coding.scale:g} to {coding.scale:g} so "
-            "that all coordinates fit 16 bits; every point was rounded to it"
+        remarks.append(
+            remark(
+                "not-kept",
+                f"POINT:SCALE went from {source.coding.scale:g} to {coding.scale:g} so "
+                "that all coordinates fit 16 bits; every point was rounded to it",
+            )
         )
     elif section is not source.head.section or source.frames is None:
         head, section = _with_one_scale(head, section, coding)
     analog = None
     if source.frames is None:
-        notes.append("other frames than its C3D source has: its samples were not kept")
+        remarks.append(
+            remark(
+                "not-kept",
+                "other frames than its C3D source has: its samples were not kept",
+            )
+        )
         analog = _other_analog(recording, source, where)
         if not analog.shape[1]:
             section = with_shorts(section, "ANALOG", "USED", 0)
@@ -100,7 +118,7 @@ def same_file(
         tail=_tail(source, len(columns.columns)),
         turn=turn,
         unrecorded=unrecorded,
-        notes=tuple(notes),
+        remarks=tuple(remarks),
     )
 
 

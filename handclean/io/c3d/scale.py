@@ -21,6 +21,7 @@ from handclean.arrays import Floats
 from handclean.io.c3d.samples import Coding, placed, valid
 from handclean.io.c3d.structure import Structure
 from handclean.io.shared.adult_size import Size, size_of
+from handclean.remarks import Remark, remark
 
 _FRAMES = 200
 """So many frames are measured, evenly through the take."""
@@ -32,8 +33,8 @@ _SIZES = (0.6, 1.7)
 """Sizes of adults against the middle one."""
 
 
-def settle_scale(structure: Structure, metres: float) -> tuple[Coding, str]:
-    """Return how samples are coded, and a line if the file states two scales.
+def settle_scale(structure: Structure, metres: float) -> tuple[Coding, list[Remark]]:
+    """Return how samples are coded, and a remark if the file states two scales.
 
     Parameters
     ----------
@@ -52,18 +53,20 @@ def settle_scale(structure: Structure, metres: float) -> tuple[Coding, str]:
         or not said
         or np.isclose(said[0], other, rtol=1e-5, atol=0)
     ):
-        return coding, ""
+        return coding, []
     line = f"scale: the parameters say {said[0]:g}, the header {other:g}; "
     if coding.scale == abs(other):
-        return coding, line + "the header's was taken"
+        return coding, [remark("unit", line + "the header's was taken")]
     if coding.is_float:
-        return coding, line + "the parameters' was taken, for residuals"
+        return coding, [
+            remark("unit", line + "the parameters' was taken, for residuals")
+        ]
     if not 0 < other < np.inf:
-        return coding, line + "the parameters' was taken"
+        return coding, [remark("unit", line + "the parameters' was taken")]
     taken, why = _judged(structure, coding, abs(other) / coding.scale)
     who = "parameters'" if taken == 1.0 else "header's"
     coding = replace(coding, scale=taken * coding.scale)
-    return coding, f"{line}the {who} was taken{why}"
+    return coding, [remark("unit", f"{line}the {who} was taken{why}")]
 
 
 def _judged(structure: Structure, coding: Coding, factor: float) -> tuple[float, str]:

@@ -1,8 +1,8 @@
 """A C3D file opened: its header, parameters, labels and samples as they lie there.
 
 Nothing here interprets a sample. Everything that is odd about the file's form is kept
-in words: ``repairs`` say what was decided where the file contradicts itself or is
-broken, ``remarks`` what its owner should know but what changes nothing.
+as a remark: ``remarks`` tell what was decided where the file contradicts itself or is
+broken, ``asides`` what its owner should know but what changes nothing.
 """
 
 import stat
@@ -17,8 +17,9 @@ from handclean.io.c3d.head import Head, coding_of, parse_head, with_frames
 from handclean.io.c3d.layout import Layout, find_layout
 from handclean.io.c3d.numbers import Words
 from handclean.io.c3d.parameters import Section
-from handclean.io.c3d.remarks import remarks
+from handclean.io.c3d.remarks import of_form
 from handclean.io.c3d.samples import Coding
+from handclean.remarks import Remark, remark
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,8 +37,8 @@ class Structure:
     layout: Layout
     frames: Words
     tail: Bytes
-    repairs: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+    asides: tuple[Remark, ...] = ()
 
     @property
     def points(self) -> int:
@@ -111,12 +112,12 @@ def open_c3d(
     if not layout.frames:
         raise FileError(path, "has no frames", "POINT:FRAMES should be 1 or more")
     head = replace(head, raw=raw[: layout.data_at].tobytes())
-    repairs = list(layout.notes)
+    remarks = list(layout.remarks)
     if layout.held < layout.frames:
         wrong = f"is truncated: {layout.held} of {layout.frames} frames can be saved"
         if not lenient or not layout.held:
             raise FileError(path, wrong, "--lenient reads them" if layout.held else "")
-        repairs.append(f"the file {wrong}")
+        remarks.append(remark("damage", f"the file {wrong}"))
         head = with_frames(head, layout.held, layout.first_frame)
     end = layout.data_at + layout.held * layout.frame_bytes
     words = raw[layout.data_at : end].view(head.processor.word(layout.word_bytes))
@@ -126,8 +127,8 @@ def open_c3d(
         layout=layout,
         frames=words.reshape(layout.held, layout.words),
         tail=raw[end:] if layout.held == layout.frames else raw[:0],
-        repairs=tuple(repairs) + head.section.notes,
-        remarks=tuple(remarks(head, layout, len(raw) - end)),
+        remarks=tuple(remarks) + head.section.remarks,
+        asides=tuple(of_form(head, layout, len(raw) - end)),
     )
 
 

@@ -76,7 +76,7 @@ def plan_writing(recording: Recording, where: Path | str) -> Writing:
         loose = {int(c): is_silent(source, int(c)) for c in source.loose}
         columns = plan_columns(recording, angles, labels, outputs, loose, where)
         writing = same_file(recording, source, columns, angles, where)
-    return replace(writing, notes=(*writing.notes, *untrusted(recording)))
+    return replace(writing, remarks=(*writing.remarks, *untrusted(recording)))
 
 
 def encode_c3d(writing: Writing) -> Iterator[bytes]:

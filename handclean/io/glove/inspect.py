@@ -11,6 +11,8 @@ import numpy as np
 from handclean.errors import HandcleanError
 from handclean.io.glove.readings import FORMAT, MARK, head_of, open_readings, rate_said
 from handclean.io.hdf5 import file as h5
+from handclean.io.shared.reading import reported
+from handclean.remarks import Remark, remark
 
 _AXIS = re.compile(r"[-_ .:][XYZxyz]$")
 _FEW = 3
@@ -58,11 +60,11 @@ def inspect_readings(path: Path, rate_hz: float | None) -> dict[str, Any]:
     FileError, UsageError
         If it cannot be read, or the rate contradicts it.
     """
-    traps = []
+    remarks: list[Remark] = []
     begun = head_of(path, 0)
     unknown = not (rate_hz or begun.has_times or rate_said(begun.facts))
     if unknown:
-        traps.append("has no times; give --rate")
+        remarks.append(remark("time", "has no times; give --rate"))
     found = open_readings(path, rate_hz=1.0 if unknown else rate_hz)
     frames, blank, first, last = 0, 0, math.nan, math.nan
     low, high = np.full(found.columns, np.inf), np.full(found.columns, -np.inf)
@@ -74,9 +76,13 @@ def inspect_readings(path: Path, rate_hz: float | None) -> dict[str, Any]:
         low, high = np.fmin(low, values.min(axis=0)), np.fmax(high, values.max(axis=0))
     rate = (frames - 1) / (last - first) if frames > 1 and not unknown else None
     still = [s for s, a, b in zip(found.sensors, low, high, strict=False) if a == b]
-    traps += [f"{name} never changes" for name in still]
+    remarks += [
+        remark("sensor", f"{name} never changes", sensor=name) for name in still
+    ]
     if blank:
-        traps.append(f"{blank} readings are missing")
+        remarks.append(
+            remark("missing", f"{blank} readings are missing", readings=blank)
+        )
     return {
         "format": "glove readings",
         "frames": frames,
@@ -84,5 +90,5 @@ def inspect_readings(path: Path, rate_hz: float | None) -> dict[str, Any]:
         "duration_s": frames / rate if rate else None,
         "sensors": list(found.sensors),
         "facts": dict(found.facts),
-        "traps": traps,
+        **reported(remarks),
     }

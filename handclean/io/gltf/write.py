@@ -37,6 +37,7 @@ from handclean.io.gltf.block import INDICES, VERTICES, Block, write_file
 from handclean.io.shared.writing import NO_TREE, held_poses, motions_of
 from handclean.kernels.rotations import product
 from handclean.recording import Recording, only_finite
+from handclean.remarks import Remark, remark
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
 _HALF = float(np.sqrt(0.5))
@@ -81,7 +82,7 @@ def write_glb(
     recording: Recording,
     *,
     surfaces: Mapping[str, Surface] | None = None,
-) -> tuple[str, ...]:
+) -> tuple[Remark, ...]:
     """Write all motions of a take.
 
     Parameters
@@ -99,7 +100,7 @@ def write_glb(
     """
     recording = only_finite(recording)
     motions = motions_of(path, recording)
-    notes: list[str] = []
+    remarks: list[Remark] = []
     hands: list[SkinnedHand] = []
     for name, motion in motions.items():
         if name not in recording.skeletons:
@@ -115,27 +116,45 @@ def write_glb(
         if missing == len(held):
             raise FileError(path, f"cannot be written: motion '{name}' is all missing")
         if missing:
-            notes.append(
-                f"{missing} frames without a pose of '{name}' hold the last one"
+            remarks.append(
+                remark(
+                    "not-kept",
+                    f"{missing} frames without a pose of '{name}' hold the last one",
+                    model=name,
+                    count=missing,
+                )
             )
         doubtful = () if motion.trusted is None else runs(~motion.trusted)
         if count := sum(stop - start for start, stop in doubtful):
-            notes.append(
-                f"{count} of {len(held)} frames of '{name}' are not trusted; they move "
-                "like the others, the animation's extras list them"
+            remarks.append(
+                remark(
+                    "not-kept",
+                    f"{count} of {len(held)} frames of '{name}' are not trusted; they "
+                    "move like the others, the animation's extras list them",
+                    model=name,
+                    count=int(count),
+                )
             )
         surface = (surfaces or {}).get(name)
         if surface is None and tree.kind == "hand":
             surface = template_surface(tree)
         if surface is None:
-            notes.append(f"'{name}' has no surface: its bones alone are written")
+            remarks.append(
+                remark(
+                    "not-kept",
+                    f"'{name}' has no surface: its bones alone are written",
+                    model=name,
+                )
+            )
         head = f"{name}_" if len(motions) > 1 else ""
         doubt = tuple(recording.numbering.span(*rows) for rows in doubtful)
         hands.append(
             SkinnedHand(name=head, tree=tree, surface=surface, poses=held, doubt=doubt)
         )
     if recording.up_axis not in _TO_Y:
-        notes.append("the take does not say which way is up: z is taken")
+        remarks.append(
+            remark("not-kept", "the take does not say which way is up: z is taken")
+        )
     write_hands(
         path,
         hands,
@@ -143,7 +162,7 @@ def write_glb(
         up_axis=recording.up_axis,
         first_frame=recording.first_frame,
     )
-    return tuple(notes)
+    return tuple(remarks)
 
 
 def write_hand(path: Path, tree: JointTree, surface: Surface | None) -> None:

@@ -24,6 +24,7 @@ import numpy as np
 from handclean.errors import FileError
 from handclean.io.hdf5 import walker
 from handclean.io.hdf5.walk import SEAL as NAME
+from handclean.remarks import Remark, remark
 
 BLOCK = 512
 """[bytes] of the user block, the least that HDF5 allows."""
@@ -36,7 +37,7 @@ _PIECE = 2**20
 _MOST = 2**26
 """[bytes] of provenance that is read."""
 
-_NOTED: ContextVar[list[str] | None] = ContextVar("noted", default=None)
+_NOTED: ContextVar[list[Remark] | None] = ContextVar("noted", default=None)
 
 
 @dataclass(frozen=True)
@@ -136,13 +137,13 @@ def provenance(path: Path) -> list[bytes] | None:
 
 
 @contextmanager
-def tolerated(lenient: bool) -> Iterator[list[str]]:
+def tolerated(lenient: bool) -> Iterator[list[Remark]]:
     """Within, a broken seal is noted where it would be an error, if ``lenient``.
 
     One step reads takes, subjects and calibrations in many places: hence it is not
     handed from function to function.
     """
-    noted: list[str] = []
+    noted: list[Remark] = []
     outer = _NOTED.get()
     token = _NOTED.set(noted if lenient else outer)
     try:
@@ -150,7 +151,7 @@ def tolerated(lenient: bool) -> Iterator[list[str]]:
     finally:
         _NOTED.reset(token)
         if outer is not None:
-            outer += [line for line in noted if line not in outer]
+            outer += [one for one in noted if one not in outer]
 
 
 def expect_whole(path: Path, fd: int, at: int) -> None:
@@ -168,9 +169,14 @@ def expect_whole(path: Path, fd: int, at: int) -> None:
         wrong = f"is damaged or was edited: its bytes do not fit its /{NAME}"
         right = f"who edited it deletes /{NAME}; --lenient reads it as it is"
         raise FileError(path, wrong, right)
-    line = f"{path.name} is damaged or was edited: its bytes do not fit its /{NAME}"
-    if line not in noted:
-        noted.append(line)
+    text = f"{path.name} is damaged or was edited: its bytes do not fit its /{NAME}"
+    if not any(_is_same(path, one.where.file) for one in noted):
+        noted.append(remark("damage", text, file=path))
+
+
+def _is_same(path: Path, other: Path | None) -> bool:
+    """Whether two paths are of one file, however they are written."""
+    return other is not None and os.path.realpath(path) == os.path.realpath(other)
 
 
 def _read(block: bytes) -> _Head:

@@ -43,6 +43,7 @@ _MARKER_ARRAYS = {
     "residual": ("m", np.float32),
     "cameras": ("", np.uint8),
 }
+_SAID_OF_EVENTS = ("kind", "model", "marker")
 _UP = ("", "+x", "-x", "+y", "-y", "+z", "-z")
 _LATEST_S = 1e12
 """[s] no clock shows more."""
@@ -80,8 +81,8 @@ def _session_part(recording: Recording) -> Part:
     if recording.motions:
         motions = {name: _motion_part(m) for name, m in recording.motions.items()}
         items["motion"] = Part(items=motions)
-    if recording.events:
-        items["events"] = _events_part(recording.events, recording.numbering)
+    if events := recording.told:
+        items["events"] = _events_part(events, recording.numbering)
     if recording.analog is not None:
         items["analog"] = _analog_part(recording.analog)
     if recording.parameters:
@@ -141,13 +142,13 @@ def _motion_part(motion: Motion) -> Part:
 def _events_part(events: tuple[Event, ...], numbering: Numbering) -> Part:
     spans = [numbering.span(e.start, e.stop) for e in events]
     starts, stops = np.array(spans, dtype=np.int64).T
-    return Part(
-        items={
-            "start": Array(starts),
-            "stop": Array(stops),
-            "text": [e.text for e in events],
-        }
-    )
+    items: dict[str, Any] = {"start": Array(starts), "stop": Array(stops)}
+    items["text"] = [e.text for e in events]
+    for name in _SAID_OF_EVENTS:
+        values = [getattr(e, name) for e in events]
+        if any(values):
+            items[name] = values
+    return Part(items=items)
 
 
 def _analog_part(analog: Analog) -> Part:
@@ -303,8 +304,30 @@ def _events(part: Part, frames: int, numbering: Numbering | None) -> tuple[Event
     if not all(0 <= start <= stop <= frames for start, stop in spans):
         there = (numbering or Numbering(0)).words(0, frames)
         raise part.fail("an event is outside the take", f"it has {there}")
-    rows = zip(spans, texts, strict=True)
-    return tuple(Event(start=a, stop=b, text=text) for (a, b), text in rows)
+    if not part.has("kind"):
+        said = [_said_before_kinds(text) for text in texts]
+    else:
+        blank = ("",) * len(texts)
+        columns = [
+            part.texts(name, len(texts)) if part.has(name) else blank
+            for name in _SAID_OF_EVENTS
+        ]
+        said = list(zip(*columns, strict=True))
+    return tuple(
+        Event(start=a, stop=b, text=text, kind=kind, model=model, marker=marker)
+        for (a, b), text, (kind, model, marker) in zip(spans, texts, said, strict=True)
+    )
+
+
+def _said_before_kinds(text: str) -> tuple[str, str, str]:
+    """Kind, model and marker of an event in a file that has no kinds.
+
+    Until sessions had them the text was all there was: "gap in A: filled by coupled".
+    """
+    for begins, kind in (("gap in ", "gap"), ("gap of ", "lost")):
+        if text.startswith(begins):
+            return kind, "", text.removeprefix(begins).partition(": ")[0]
+    return "", "", ""
 
 
 def _analog(part: Part, frames: int) -> Analog | None:

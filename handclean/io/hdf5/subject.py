@@ -29,6 +29,7 @@ from handclean.io.hdf5.parts import (
     tree_part,
 )
 from handclean.io.hdf5.provenance import provenance_from, provenance_item
+from handclean.io.shared.reading import reported
 
 FORMAT = "handclean subject"
 
@@ -163,7 +164,7 @@ def inspect_subject(path: Path) -> dict[str, Any]:
         "residual_mm": 1e3 * float(residual) if np.isfinite(residual) else None,
         "skin": subject.surface is not None,
         "steps": [str(e.get("command", "?")) for e in provenance_from(part)],
-        "traps": [],
+        **reported([]),
     }
     if subject.surface is not None:
         about["vertices"] = len(subject.surface.vertices)

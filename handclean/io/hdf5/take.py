@@ -1,10 +1,11 @@
-"""A session as readers of other formats hand over a take: with its unit and traps."""
+"""A session as readers of other formats hand over a take: with its unit and remarks."""
 
 from pathlib import Path
 
 from handclean.io.hdf5.session import read_session
 from handclean.io.shared.reading import METRES, Reading, settle_rate, settle_unit
 from handclean.io.shared.rescale import rescaled
+from handclean.remarks import Remark
 
 
 def read_h5_take(
@@ -26,8 +27,8 @@ def read_h5_take(
     """
     take = read_session(path)
     settle_rate(path, take.rate, rate_hz)
-    traps: list[str] = []
-    length = settle_unit(path, "m", unit, traps)
-    if traps:
+    remarks: list[Remark] = []
+    length = settle_unit(path, "m", unit, remarks)
+    if remarks:
         take = rescaled(take, METRES[length.lower()])
-    return Reading(recording=take, unit=length, traps=tuple(traps))
+    return Reading(recording=take, unit=length, remarks=tuple(remarks))

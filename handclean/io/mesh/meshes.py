@@ -21,6 +21,7 @@ from handclean.hand.surface import face_normals, is_closed, volume
 from handclean.io.formats import BY_SUFFIX, MESHES, function
 from handclean.io.mesh.raw import RawMesh
 from handclean.io.shared.reading import METRES, in_metres, load, settle_unit
+from handclean.remarks import Remark
 
 SMALLEST, LARGEST = 0.06, 1.2
 """[m] longest side of what may be a scan of a hand, table and all."""
@@ -46,7 +47,7 @@ class Mesh:
     normals : (V, 3) unit outward normals (zero where unknown), or None.
     colors : (V, 3) red, green, blue, or None.
     unit : of the file it was read from.
-    traps : what was odd about the file, one line each.
+    remarks : what was odd about the file.
     """
 
     vertices: Floats
@@ -54,7 +55,7 @@ class Mesh:
     normals: Floats | None = None
     colors: Bytes | None = None
     unit: str = "m"
-    traps: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.vertices)
@@ -87,8 +88,8 @@ def read_mesh(path: Path, *, unit: str | None = None) -> Mesh:
         raise FileError(path, f"no mesh format is called '{suffix}'", f"known: {known}")
     raw: RawMesh = function(BY_SUFFIX[suffix].read)(path, load(path))
     _check(path, raw)
-    traps: list[str] = []
-    settled = _unit(path, raw, unit, traps)
+    remarks: list[Remark] = []
+    settled = _unit(path, raw, unit, remarks)
     normals = None if raw.normals is None else _unit_length(raw.normals)
     return Mesh(
         vertices=in_metres(raw.vertices, settled),
@@ -96,7 +97,7 @@ def read_mesh(path: Path, *, unit: str | None = None) -> Mesh:
         normals=normals,
         colors=raw.colors,
         unit=settled,
-        traps=tuple(traps),
+        remarks=tuple(remarks),
     )
 
 
@@ -134,12 +135,12 @@ def looks_inwards(mesh: Mesh) -> bool:
     return bool(outward.sum() < -0.3 * np.abs(outward).sum())
 
 
-def write_mesh(path: Path, mesh: Mesh, *, suffix: str = "") -> tuple[str, ...]:
+def write_mesh(path: Path, mesh: Mesh, *, suffix: str = "") -> tuple[Remark, ...]:
     """Write a mesh in metres, by the suffix of its path or the given one.
 
     Returns
     -------
-    what the format cannot hold, one line each
+    what the format cannot hold
 
     Raises
     ------
@@ -152,8 +153,8 @@ def write_mesh(path: Path, mesh: Mesh, *, suffix: str = "") -> tuple[str, ...]:
         raise UsageError(
             f"no mesh format is called '{kind}'; known: {known}", where=path
         )
-    notes: tuple[str, ...] = function(BY_SUFFIX[kind].write)(path, mesh)
-    return notes
+    lost: tuple[Remark, ...] = function(BY_SUFFIX[kind].write)(path, mesh)
+    return lost
 
 
 def _check(path: Path, raw: RawMesh) -> None:
@@ -169,7 +170,7 @@ def _check(path: Path, raw: RawMesh) -> None:
         raise FileError(path, "a face names a vertex that is not there", right)
 
 
-def _unit(path: Path, raw: RawMesh, option: str | None, traps: list[str]) -> str:
+def _unit(path: Path, raw: RawMesh, option: str | None, remarks: list[Remark]) -> str:
     """Return the file's unit, the one of a sensible size.
 
     Raises
@@ -186,7 +187,7 @@ def _unit(path: Path, raw: RawMesh, option: str | None, traps: list[str]) -> str
         say = f"does not say its unit, its longest side is {size:.4g}"
         likely = f" (a hand, if that is {hint})" if hint else ""
         raise UsageError(f"{say}; give --unit {hint or 'mm|cm|m'}{likely}", where=path)
-    unit = settle_unit(path, raw.unit or None, option, traps)
+    unit = settle_unit(path, raw.unit or None, option, remarks)
     metres = size * METRES[unit.lower()]
     if not SMALLEST <= metres <= LARGEST:
         right = f"--unit {hint} would make it a hand" if hint else "no unit fits a hand"

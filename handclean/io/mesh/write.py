@@ -7,12 +7,13 @@ import numpy as np
 from handclean.errors import FileError
 from handclean.hand.surface import face_normals
 from handclean.io.mesh.meshes import Mesh
+from handclean.remarks import Remark, remark
 
 _STL_HEAD = 80
 """[bytes] before the count of triangles."""
 
 
-def write_ply(path: Path, mesh: Mesh) -> tuple[str, ...]:
+def write_ply(path: Path, mesh: Mesh) -> tuple[Remark, ...]:
     """Write a binary PLY; it holds all that a mesh has.
 
     Raises
@@ -24,7 +25,7 @@ def write_ply(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return ()
 
 
-def write_obj(path: Path, mesh: Mesh) -> tuple[str, ...]:
+def write_obj(path: Path, mesh: Mesh) -> tuple[Remark, ...]:
     """Write an OBJ; it holds all that a mesh has.
 
     Raises
@@ -36,8 +37,8 @@ def write_obj(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return ()
 
 
-def write_stl(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    """Write a binary STL; say so where colours are lost.
+def write_stl(path: Path, mesh: Mesh) -> tuple[Remark, ...]:
+    """Write a binary STL; remark on it where colours are lost.
 
     Raises
     ------
@@ -47,7 +48,8 @@ def write_stl(path: Path, mesh: Mesh) -> tuple[str, ...]:
     if not len(mesh.faces):
         raise FileError(path, "cannot be written: STL needs faces", "take .ply")
     _save(path, _stl_bytes(mesh))
-    return ("STL has no colours",) if mesh.colors is not None else ()
+    lost = remark("not-kept", "STL has no colours")
+    return (lost,) if mesh.colors is not None else ()
 
 
 def _save(path: Path, content: bytes) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import FileError
 from handclean.io.shared.reading import AGREE
+from handclean.remarks import Remark, remark
 
 SECONDS = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
@@ -82,14 +83,14 @@ def clock_of(path: Path, name: str, below: str) -> Column | None:
 
 
 def rate_of(
-    numbers: Floats, times: Floats, option: float | None, traps: list[str]
+    numbers: Floats, times: Floats, option: float | None, remarks: list[Remark]
 ) -> float | None:
     """[Hz] the rate that frame numbers and times [s] agree on, if they do."""
     with np.errstate(all="ignore"):
         rate = float((numbers[-1] - numbers[0]) / (times[-1] - times[0]))
         late = np.abs(times - times[0] - (numbers - numbers[0]) / rate)
     if not (0 < rate < 1e12 and np.all(late < 0.5 / rate)):
-        traps.append("its times run irregularly and say no rate")
+        remarks.append(remark("time", "its times run irregularly and say no rate"))
         return None
     if option is not None and abs(rate - option) <= AGREE * rate:
         return option
@@ -128,7 +129,7 @@ def in_seconds(
     times: Floats,
     column: Column,
     option: float | None,
-    traps: list[str],
+    remarks: list[Remark],
 ) -> Floats:
     """(N,) [s] times of a column whose name may not say its unit.
 
@@ -156,9 +157,13 @@ def in_seconds(
         raise FileError(path, wrong, "call them time_s, time_ms or frame")
     for name, seconds in (("milli", 1e-3), ("micro", 1e-6), ("nano", 1e-9)):
         if SLOWEST_HZ <= rate / seconds <= FASTEST_HZ:
-            traps.append(
-                f"its times are read as {name}seconds: as seconds they would run at "
-                f"{rate:.3g} Hz"
+            remarks.append(
+                remark(
+                    "time",
+                    f"its times are read as {name}seconds: as seconds they would run "
+                    f"at {rate:.3g} Hz",
+                    seconds=seconds,
+                )
             )
             return times * seconds
     return times
@@ -184,7 +189,7 @@ def expect_possible(
 
 
 def start_of(
-    times: Floats, numbers: Floats, rate: float, said: str, traps: list[str]
+    times: Floats, numbers: Floats, rate: float, said: str, remarks: list[Remark]
 ) -> float:
     """[s] the time of the first row, as the file gives it; 0 if its times are wrong.
 
@@ -192,12 +197,14 @@ def start_of(
     ----------
     times, numbers : (N,) [s] and frame numbers.
     rate : [Hz] of the file.
-    said : what says the rate, for the trap: "DataRate, 120 Hz".
+    said : what says the rate, for the remark: "DataRate, 120 Hz".
     """
     with np.errstate(over="ignore", invalid="ignore"):
         expected = (numbers - numbers[0]) / rate
         late = np.abs(times - times[0] - expected)
     if not np.all(late <= 0.5 / rate):
-        traps.append(f"the Time column does not run at {said}; it is not kept")
+        remarks.append(
+            remark("time", f"the Time column does not run at {said}; it is not kept")
+        )
         return 0.0
     return float(times[0])

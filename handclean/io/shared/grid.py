@@ -17,6 +17,7 @@ from handclean.arrays import Floats, Ints
 from handclean.errors import FileError, Place
 from handclean.io.shared.missing import number_in
 from handclean.io.shared.reading import text
+from handclean.remarks import Remark, remark
 
 MOST_COLUMNS = 100_000
 _BLANK = b" \t\v\f"
@@ -115,7 +116,7 @@ class Form:
 
 
 def read_numbers(
-    lines: Lines, form: Form, traps: list[str], *, lenient: bool = False
+    lines: Lines, form: Form, remarks: list[Remark], *, lenient: bool = False
 ) -> Floats:
     """Read the rest of the lines as rows of numbers.
 
@@ -123,7 +124,7 @@ def read_numbers(
 
     Parameters
     ----------
-    traps : infinite numbers, rows that end early and a row left out are appended.
+    remarks : infinite numbers, rows that end early and a row left out are appended.
     lenient : leave out a last row that cannot be read, as a cut file has it.
 
     Returns
@@ -151,19 +152,33 @@ def read_numbers(
             if not lenient:
                 hint = f"a cut file? --lenient saves {saved} rows"
                 raise FileError(lines.path, _after(error), hint) from None
-            traps.append(f"the last line was left out: {_after(error)}")
+            remarks.append(
+                remark("damage", f"the last line was left out: {_after(error)}")
+            )
             break
         values.extend(row)
         short += cut
     if not values:
         raise FileError(lines.path, "has no frames")
     if short:
-        traps.append(f"{short} rows end early: what they lack counts as missing")
+        remarks.append(
+            remark(
+                "missing",
+                f"{short} rows end early: what they lack counts as missing",
+                rows=short,
+            )
+        )
     grid = np.frombuffer(values, dtype=np.float64).reshape(-1, form.columns).copy()
     infinite = np.isinf(grid)
     if infinite.any():
         grid[infinite] = np.nan
-        traps.append(f"{infinite.sum()} infinite numbers count as missing")
+        remarks.append(
+            remark(
+                "missing",
+                f"{infinite.sum()} infinite numbers count as missing",
+                numbers=int(infinite.sum()),
+            )
+        )
     return grid
 
 

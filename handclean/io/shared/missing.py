@@ -7,6 +7,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.io.shared.reading import text
+from handclean.remarks import Remark, remark
 
 _WORDS = frozenset(("null", "none", "nil", "na", "n/a", "n.a.", "<na>", "missing"))
 _WORDS |= frozenset(("#n/a", "#na", "#value!", "#num!", "#div/0!", "-", "--", ".", "?"))
@@ -51,7 +52,7 @@ def number_in(cell: bytes) -> float:
     return float(plain)
 
 
-def blank_out(places: Floats, metres: float, traps: list[str]) -> None:
+def blank_out(places: Floats, metres: float, remarks: list[Remark]) -> None:
     """Make places that stand for none NaN, in place, and report them.
 
     Programs write (0, 0, 0) for a sample that they do not have, or the same number on
@@ -69,7 +70,13 @@ def blank_out(places: Floats, metres: float, traps: list[str]) -> None:
     zero = same & (x == 0.0)
     if zero.any():
         places[zero] = np.nan
-        traps.append(f"{zero.sum()} samples at (0, 0, 0) count as missing")
+        remarks.append(
+            remark(
+                "missing",
+                f"{zero.sum()} samples at (0, 0, 0) count as missing",
+                samples=int(zero.sum()),
+            )
+        )
     same &= (np.abs(x) >= min(_LEAST, FAR_M / metres)) | np.isin(x, _NEGATIVE)
     if not same.any():
         return
@@ -80,9 +87,13 @@ def blank_out(places: Floats, metres: float, traps: list[str]) -> None:
     places[same & np.isin(x, numbers[which])] = np.nan
     shown = ", ".join(f"{v:.10g}" for v in numbers[which][:_SHOWN])
     more = " and the like" if which.sum() > _SHOWN else ""
-    traps.append(
-        f"{counts[which].sum()} samples with {shown}{more} on all three axes count as "
-        "missing"
+    remarks.append(
+        remark(
+            "missing",
+            f"{counts[which].sum()} samples with {shown}{more} on all three axes count "
+            "as missing",
+            samples=int(counts[which].sum()),
+        )
     )
 
 

@@ -1,21 +1,23 @@
-"""What every reader needs: the bytes, the traps it met, the rate and the unit.
+"""What every reader needs: the bytes, remarks on them, the rate and the unit.
 
-A *trap* is something odd about a file that was read all the same and that its owner
-should know: a wrong count, frames left out, trajectories that are part filled. Readers
-collect them; ``handclean inspect`` shows them.
+A reader remarks on what is odd about a file that is read all the same and that its
+owner should know: a wrong count, frames left out, trajectories that are part filled.
 """
 
 import math
 import re
 from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from handclean.arrays import Bools, Bytes, Floats
 from handclean.errors import FileError, UnsaidError, UsageError
 from handclean.recording import Origin, Points, Recording, Trajectories
+from handclean.remarks import Remark, remark
 
 METRES = {
     "m": 1.0,
@@ -71,12 +73,40 @@ class Reading:
     ----------
     recording : the take.
     unit : the file's unit of length, as the file or the option calls it.
-    traps : what was odd, one line each.
+    remarks : what was odd.
     """
 
     recording: Recording
     unit: str
-    traps: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+
+
+def reported(remarks: Iterable[Remark]) -> dict[str, Any]:
+    """Return remarks as ``inspect`` reports them: their texts, and the whole of them.
+
+    Users hold on to the texts under the name ``traps``.
+    """
+    remarks = list(remarks)
+    return {
+        "traps": [one.text for one in remarks],
+        "remarks": [one.as_json() for one in remarks],
+    }
+
+
+def with_remarks(
+    about: Mapping[str, Any], first: Iterable[Remark], last: Iterable[Remark] = ()
+) -> dict[str, Any]:
+    """Return what `reported` is part of with more remarks before and after.
+
+    What is among them already is not said again.
+    """
+    known = about["remarks"]
+    before, after = (
+        reported(one for one in more if one.as_json() not in known)
+        for more in (first, last)
+    )
+    more = {key: [*before[key], *about[key], *after[key]] for key in before}
+    return {**about, **more}
 
 
 def load(path: Path) -> bytes:
@@ -192,9 +222,9 @@ def ask_for(path: Path, *, rate: bool, unit: bool) -> None:
     """
     what = " nor ".join(w for w, it in (("rate", rate), ("unit", unit)) if it)
     wanted = (("--rate", " HZ", rate), ("--unit", " mm|cm|m", unit))
-    options = " ".join(option for option, _, it in wanted if it)
+    options = [option for option, _, it in wanted if it]
     if give := " and ".join(f"give {o}{value}" for o, value, it in wanted if it):
-        raise UnsaidError(path, f"does not say its {what}; {give}", options)
+        raise UnsaidError(path, f"does not say its {what}; {give}", *options)
 
 
 def named_unit(name: str) -> str | None:
@@ -215,13 +245,13 @@ def named_unit(name: str) -> str | None:
 
 
 def settle_unit(
-    path: Path, stated: str | None, option: str | None, traps: list[str]
+    path: Path, stated: str | None, option: str | None, remarks: list[Remark]
 ) -> str:
     """Return the unit of length of a file, from ``--unit`` or else from itself.
 
     Parameters
     ----------
-    traps : where the option contradicts the file, that is appended.
+    remarks : where the option contradicts the file, that is appended.
 
     Raises
     ------
@@ -245,14 +275,15 @@ def settle_unit(
         option is not None and METRES[option.lower()] != METRES[known.lower()]
     ):
         assert option is not None
-        traps.append(overruled(option, stated))
+        remarks.append(overruled(option, stated))
         return option
     return known
 
 
-def overruled(option: str, stated: str) -> str:
+def overruled(option: str, stated: str) -> Remark:
     """Say that ``--unit`` is taken and not what a file says."""
-    return f"--unit {option} is taken, though the file says {stated[:40]}"
+    text = f"--unit {option} is taken, though the file says {stated[:40]}"
+    return remark("unit", text, taken=option, overruled=stated[:40])
 
 
 def in_metres(values: Floats, unit: str) -> Floats:
@@ -262,7 +293,7 @@ def in_metres(values: Floats, unit: str) -> Floats:
 
 
 def place_rows(
-    path: Path, numbers: Floats, values: Floats, traps: list[str]
+    path: Path, numbers: Floats, values: Floats, remarks: list[Remark]
 ) -> tuple[int, Floats]:
     """Put rows at their frame numbers; frames that the file leaves out are missing.
 
@@ -270,7 +301,7 @@ def place_rows(
     ----------
     numbers : (N,) frame numbers as the file has them.
     values : (N, ...) one row per number.
-    traps : what is odd is appended.
+    remarks : what is odd is appended.
 
     Returns
     -------
@@ -298,7 +329,13 @@ def place_rows(
         wrong = f"{len(values)} rows are numbered over {frames} frames"
         raise FileError(path, wrong, "a take should have a row for most frames")
     left_out = frames - len(values)
-    traps.append(f"{left_out} of {frames} frames are left out; they count as missing")
+    remarks.append(
+        remark(
+            "missing",
+            f"{left_out} of {frames} frames are left out; they count as missing",
+            count=left_out,
+        )
+    )
     placed = np.full((frames, *values.shape[1:]), np.nan)
     placed[at] = values
     return int(numbers[0]), placed

@@ -11,6 +11,7 @@ import numpy as np
 from handclean.arrays import Bytes, Floats, expect_shape
 from handclean.errors import FileError
 from handclean.recording import Motion, Origin, Points, Recording
+from handclean.remarks import Remark, remark
 
 NO_TREE = "'solve' gives it one; angles alone go into .h5, .csv or .mot"
 """What to do where a format needs the bones that a motion moves."""
@@ -24,13 +25,13 @@ class Columns(NamedTuple):
     labels : M names; points that no model explains are called ``*0``, ``*1`` ...
     positions : (T, M, 3) [m], NaN where missing or rejected.
     origin : (T, M) see `Origin`.
-    notes : what a table of positions cannot hold, one line each.
+    remarks : what a table of positions cannot hold.
     """
 
     labels: tuple[str, ...]
     positions: Floats
     origin: Bytes
-    notes: tuple[str, ...]
+    remarks: tuple[Remark, ...]
 
 
 def columns_of(path: Path, recording: Recording) -> Columns:
@@ -41,7 +42,8 @@ def columns_of(path: Path, recording: Recording) -> Columns:
     FileError
         If there is neither.
     """
-    frames, notes = recording.frames, []
+    frames = recording.frames
+    remarks: list[Remark] = []
     labels: tuple[str, ...] = ()
     positions, origin = np.zeros((frames, 0, 3)), np.zeros((frames, 0), np.uint8)
     if recording.markers is not None:
@@ -50,7 +52,13 @@ def columns_of(path: Path, recording: Recording) -> Columns:
         rejected = origin == Origin.REJECTED
         if rejected.any():
             positions = np.where(rejected[:, :, None], np.nan, positions)
-            notes.append(f"{rejected.sum()} rejected samples are written as missing")
+            remarks.append(
+                remark(
+                    "not-kept",
+                    f"{rejected.sum()} rejected samples are written as missing",
+                    samples=int(rejected.sum()),
+                )
+            )
     if recording.unlabelled is not None and len(recording.unlabelled.frame):
         loose = _loose_columns(recording.unlabelled, frames)
         labels += tuple(f"*{i}" for i in range(loose.shape[1]))
@@ -59,7 +67,7 @@ def columns_of(path: Path, recording: Recording) -> Columns:
         origin = np.concatenate([origin, seen], axis=1)
     if not labels:
         raise FileError(path, "nothing to write: the take has no markers")
-    return Columns(labels, positions, origin, tuple(notes))
+    return Columns(labels, positions, origin, tuple(remarks))
 
 
 def _loose_columns(points: Points, frames: int) -> Floats:

@@ -9,6 +9,7 @@ from handclean.errors import FileError
 from handclean.io.shared.clock import SECONDS_SAID, Column, clock_of
 from handclean.io.shared.reading import METRES, check_labels, named_unit
 from handclean.io.text.csv_header import INDEX, Head
+from handclean.remarks import Remark, remark
 
 PLACE = ("root_tx", "root_ty", "root_tz")
 TURN = ("root_qw", "root_qx", "root_qy", "root_qz")
@@ -222,7 +223,7 @@ def _one_unit(path: Path, units: list[str]) -> str | None:
     return units[0] if units else None
 
 
-def like_another(labels: list[str]) -> list[str]:
+def like_another(labels: list[str]) -> list[Remark]:
     """Say which markers' names differ in case only."""
     seen: dict[str, str] = {}
     pairs = []
@@ -232,7 +233,8 @@ def like_another(labels: list[str]) -> list[str]:
             pairs.append(f"'{_short(other)}' and '{_short(label)}'")
     if not pairs:
         return []
-    return [f"markers whose names differ in case only: {', '.join(pairs[:5])}"]
+    text = f"markers whose names differ in case only: {', '.join(pairs[:5])}"
+    return [remark("labels", text)]
 
 
 def _short(name: str) -> str:

@@ -61,6 +61,7 @@ from handclean.io.text.csv_columns import (
 from handclean.io.text.csv_header import INDEX, own_comment, read_head
 from handclean.io.text.vendors import refuse_vendors
 from handclean.recording import Motion, Origin, Points, Recording, Trajectories
+from handclean.remarks import Remark, remark
 
 _SHOWN = 12
 
@@ -91,7 +92,7 @@ def read_csv(
     own = own_comment(path, lines)
     head = read_head(path, lines)
     layout = own_layout(path, head, own) if own else others_layout(path, head)
-    traps = [] if own else like_another(list(layout.markers))
+    remarks = [] if own else like_another(list(layout.markers))
     stated = own.get("unit") or layout.unit
     no_rate = rate_hz is None and "rate_hz" not in own and layout.time is None
     ask_for(path, rate=no_rate, unit=no_rate and (unit or stated) is None)
@@ -101,18 +102,24 @@ def read_csv(
         ends=() if own else _ends(layout, len(head.names)),
         numbered=layout.frame is not None,
     )
-    grid = read_numbers(lines, form, traps, lenient=lenient)
-    timing = _timing(path, grid, layout, head.names, own, rate_hz, traps)
+    grid = read_numbers(lines, form, remarks, lenient=lenient)
+    timing = _timing(path, grid, layout, head.names, own, rate_hz, remarks)
     no_rate = timing.rate is None and rate_hz is None
     ask_for(path, rate=no_rate, unit=(unit or stated) is None)
     rate, length = (
         settle_rate(path, timing.rate, rate_hz),
-        settle_unit(path, stated, unit, traps),
+        settle_unit(path, stated, unit, remarks),
     )
     if layout.extra:
-        traps.append(f"not a marker's place, left out: {_listed(layout.extra)}")
-    first, values = place_rows(path, timing.numbers, grid, traps)
-    markers, points = _placed(path, values, layout, length, None if own else traps)
+        remarks.append(
+            remark(
+                "left-out",
+                f"not a marker's place, left out: {_listed(layout.extra)}",
+                columns=list(layout.extra),
+            )
+        )
+    first, values = place_rows(path, timing.numbers, grid, remarks)
+    markers, points = _placed(path, values, layout, length, None if own else remarks)
     recording = Recording(
         rate=rate,
         frames=len(values),
@@ -125,7 +132,7 @@ def read_csv(
             name: _motion(path, values, layout, name, length) for name in layout.motions
         },
     )
-    return Reading(recording=recording, unit=length, traps=tuple(traps))
+    return Reading(recording=recording, unit=length, remarks=tuple(remarks))
 
 
 class _Timing(NamedTuple):
@@ -143,7 +150,7 @@ def _timing(
     names: list[str],
     own: dict[str, Any],
     option: float | None,
-    traps: list[str],
+    remarks: list[Remark],
 ) -> _Timing:
     """Find out when rows were.
 
@@ -156,26 +163,28 @@ def _timing(
     rate, start = own.get("rate_hz"), own.get("start_time_s")
     if layout.time is None:
         return _Timing(numbers, rate, start or 0.0)
-    times = in_seconds(path, numbers, grid[:, layout.time], layout.clock, option, traps)
+    times = in_seconds(
+        path, numbers, grid[:, layout.time], layout.clock, option, remarks
+    )
     if rate is None:
-        rate = rate_of(numbers, times, option, traps)
+        rate = rate_of(numbers, times, option, remarks)
         expect_possible(path, rate, option, names[layout.time])
         begun = float(times[0]) if np.isfinite(times[0]) else 0.0
     else:
-        begun = start_of(times, numbers, rate, f"{rate:g} Hz", traps)
+        begun = start_of(times, numbers, rate, f"{rate:g} Hz", remarks)
     return _Timing(numbers, rate, begun if start is None else start)
 
 
 def _placed(
-    path: Path, values: Floats, layout: Layout, unit: str, traps: list[str] | None
+    path: Path, values: Floats, layout: Layout, unit: str, remarks: list[Remark] | None
 ) -> tuple[Trajectories | None, Points | None]:
-    """Cut the markers out of the table; without traps none stands for no place."""
+    """Cut the markers out of the table; without remarks none stands for no place."""
     if not layout.markers:
         return None, None
     positions = values[:, [c for cs in layout.markers.values() for c in cs]]
     positions = positions.reshape(len(values), -1, 3)
-    if traps is not None:
-        blank_out(positions, METRES[unit.lower()], traps)
+    if remarks is not None:
+        blank_out(positions, METRES[unit.lower()], remarks)
     origin = _origins(path, values, layout)
     return sort_out(in_metres(positions, unit), list(layout.markers), origin)
 

@@ -14,9 +14,10 @@ from handclean.io.shared.writing import Columns, columns_of, rows, write_lines
 from handclean.io.text.csv_columns import PLACE, TRUSTED, TURN, head_of
 from handclean.io.text.csv_header import MARK
 from handclean.recording import Recording, only_finite
+from handclean.remarks import Remark
 
 
-def write_csv(path: Path, recording: Recording) -> tuple[str, ...]:
+def write_csv(path: Path, recording: Recording) -> tuple[Remark, ...]:
     """Write markers and angles as CSV, lengths in millimetres, angles in degrees.
 
     Returns
@@ -36,7 +37,7 @@ def write_csv(path: Path, recording: Recording) -> tuple[str, ...]:
     names, decimals, blocks = _table(recording, columns)
     check_unique(path, "columns", names)
     write_lines(path, _lines(recording, names, decimals, blocks))
-    return columns.notes if columns else ()
+    return columns.remarks if columns else ()
 
 
 def _table(

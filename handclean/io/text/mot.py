@@ -23,15 +23,16 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import FileError
 from handclean.io.shared.grid import Form, Lines, read_numbers
-from handclean.io.shared.reading import check_unique, finite, load_text, text
+from handclean.io.shared.reading import check_unique, finite, load_text, reported, text
 from handclean.io.shared.rotations import euler_from_matrix, matrix_from_quaternion
 from handclean.io.shared.writing import motions_of, rows, write_lines
 from handclean.recording import Motion, Recording, only_finite
+from handclean.remarks import Remark, remark
 
 _HEADER_LINES = 100
 
 
-def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
+def write_mot(path: Path, recording: Recording) -> tuple[Remark, ...]:
     """Write all motions of a take as one MOT file.
 
     Returns
@@ -47,11 +48,17 @@ def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
     recording = only_finite(recording)
     names, blocks = ["time"], [recording.clock[:, None]]
     motions = motions_of(path, recording)
-    notes: list[str] = []
+    remarks: list[Remark] = []
     trusted = np.ones(recording.frames, dtype=bool)
     for name, motion in motions.items():
         if why := _unusable(motion):
-            notes.append(f"motion '{name}' is left out: it is {why} throughout")
+            remarks.append(
+                remark(
+                    "not-kept",
+                    f"motion '{name}' is left out: it is {why} throughout",
+                    model=name,
+                )
+            )
             continue
         if motion.trusted is not None:
             trusted &= motion.trusted
@@ -73,9 +80,15 @@ def write_mot(path: Path, recording: Recording) -> tuple[str, ...]:
         (whole & ~trusted, "they are not trusted, and MOT cannot say so"),
     ):
         if count := np.count_nonzero(left_out):
-            notes.append(f"{count} of {len(whole)} frames are left out: {why}")
+            remarks.append(
+                remark(
+                    "not-kept",
+                    f"{count} of {len(whole)} frames are left out: {why}",
+                    count=int(count),
+                )
+            )
     write_lines(path, _lines(names, table[whole & trusted]))
-    return tuple(notes)
+    return tuple(remarks)
 
 
 def _unusable(motion: Motion) -> str:
@@ -111,9 +124,9 @@ def inspect_mot(path: Path) -> dict[str, Any]:
     names = [text(cell) for cell in lines.cells(None)]
     if not names:
         raise FileError(lines.where, "names no columns", "'time' should be the first")
-    traps: list[str] = []
+    remarks: list[Remark] = []
     table = read_numbers(
-        lines, Form(columns=len(names), delimiter=None), traps, lenient=True
+        lines, Form(columns=len(names), delimiter=None), remarks, lenient=True
     )
     times = table[:, 0]
     if not (np.abs(times) < 1e15).all():
@@ -121,16 +134,29 @@ def inspect_mot(path: Path) -> dict[str, Any]:
     steps = np.diff(times)
     step = float(np.median(steps)) if len(steps) else 0.0
     if said.get("nrows", str(len(table))) != str(len(table)):
-        traps.append(f"nRows says {said['nrows']}, there are {len(table)} rows")
+        remarks.append(
+            remark("header", f"nRows says {said['nrows']}, there are {len(table)} rows")
+        )
     if not step > 0:
-        traps.append("its times do not rise")
+        remarks.append(remark("time", "its times do not rise"))
     elif np.any(steps > 1.5 * step):
         with np.errstate(over="ignore"):
             holes = np.nansum(np.rint(steps / step - 1).clip(min=0))
-        traps.append(f"{holes:.6g} frames are left out: its times are spaced unevenly")
+        remarks.append(
+            remark(
+                "time",
+                f"{holes:.6g} frames are left out: its times are spaced unevenly",
+            )
+        )
     if np.isnan(table).any():
         count = np.count_nonzero(np.isnan(table).any(axis=1))
-        traps.append(f"{count} rows hold NaN, which OpenSim cannot use")
+        remarks.append(
+            remark(
+                "missing",
+                f"{count} rows hold NaN, which OpenSim cannot use",
+                rows=int(count),
+            )
+        )
     return {
         "format": "mot",
         "frames": len(table),
@@ -138,7 +164,7 @@ def inspect_mot(path: Path) -> dict[str, Any]:
         "duration_s": float(times[-1] - times[0] + step) if step > 0 else None,
         "columns": names,
         "in_degrees": said.get("indegrees", "no").lower() == "yes",
-        "traps": traps,
+        **reported(remarks),
     }
 
 

@@ -34,6 +34,7 @@ from handclean.io.shared.reading import (
 from handclean.io.text.csv_header import refuse_decimal_commas
 from handclean.io.text.csv_read import read_csv
 from handclean.recording import Event, Numbering, Origin, Recording
+from handclean.remarks import Remark, remark
 
 _HEAD = 4096
 _MADE = {"gap-filled", "virtual"}
@@ -63,12 +64,12 @@ def read_tsv(
     lines = Lines(path, load_text(path))
     if _has_no_keys(lines):
         return read_csv(path, rate_hz=rate_hz, unit=unit, lenient=lenient)
-    traps: list[str] = []
+    remarks: list[Remark] = []
     keys, events = _header(path, lines)
     rate = settle_rate(
         path, positive(path, "FREQUENCY", _one(keys, "FREQUENCY")), rate_hz
     )
-    length = settle_unit(path, "mm", unit, traps)
+    length = settle_unit(path, "mm", unit, remarks)
     labels = keys["MARKER_NAMES"]
     while labels and not labels[-1]:
         labels.pop()
@@ -82,20 +83,22 @@ def read_tsv(
         ends=range(lead, columns, 3),
         numbered=lead > 0,
     )
-    grid = read_numbers(lines, form, traps, lenient=lenient)
+    grid = read_numbers(lines, form, remarks, lenient=lenient)
     for key, count in (("NO_OF_FRAMES", len(grid)), ("NO_OF_MARKERS", len(labels))):
         if _one(keys, key) not in ("", str(count)):
-            traps.append(f"{key} says {_one(keys, key)}, there are {count}")
+            remarks.append(
+                remark("header", f"{key} says {_one(keys, key)}, there are {count}")
+            )
     numbers = grid[:, 0] if lead else np.arange(1.0, len(grid) + 1)
     said = f"FREQUENCY, {rate:g} Hz"
     start = 0.0
     if lead > 1:
-        start = start_of(grid[:, 1], numbers, rate, said, traps)
-    first, values = place_rows(path, numbers, grid[:, lead:], traps)
+        start = start_of(grid[:, 1], numbers, rate, said, remarks)
+    first, values = place_rows(path, numbers, grid[:, lead:], remarks)
     positions = values.reshape(len(values), -1, 3)
-    blank_out(positions, METRES[length.lower()], traps)
+    blank_out(positions, METRES[length.lower()], remarks)
     positions = in_metres(positions, length)
-    origin = _origin(positions, labels, keys.get("TRAJECTORY_TYPES", []), traps)
+    origin = _origin(positions, labels, keys.get("TRAJECTORY_TYPES", []), remarks)
     markers, points = sort_out(positions, labels, origin)
     recording = Recording(
         rate=rate,
@@ -106,7 +109,7 @@ def read_tsv(
         unlabelled=points,
         events=_events(events, Numbering(first), len(values)),
     )
-    return Reading(recording=recording, unit=length, traps=tuple(traps))
+    return Reading(recording=recording, unit=length, remarks=tuple(remarks))
 
 
 def _has_no_keys(lines: Lines) -> bool:
@@ -179,7 +182,7 @@ def _lead_columns(lines: Lines, markers: int) -> int:
 
 
 def _origin(
-    positions: Floats, labels: list[str], types: list[str], traps: list[str]
+    positions: Floats, labels: list[str], types: list[str], remarks: list[Remark]
 ) -> Bytes:
     """(T, M) where samples come from, as far as the trajectory types say."""
     seen = finite(positions)
@@ -187,7 +190,19 @@ def _origin(
     for column, (label, kind) in enumerate(zip(labels, types, strict=False)):
         if kind.lower() in _MADE:
             origin[seen[:, column], column] = Origin.FILLED
-            traps.append(f"{label} is {kind}: its samples count as filled")
+            remarks.append(
+                remark(
+                    "filled",
+                    f"{label} is {kind}: its samples count as filled",
+                    marker=label,
+                )
+            )
         elif kind.lower() == "mixed":
-            traps.append(f"{label} is Mixed: which samples are filled is not said")
+            remarks.append(
+                remark(
+                    "filled",
+                    f"{label} is Mixed: which samples are filled is not said",
+                    marker=label,
+                )
+            )
     return origin

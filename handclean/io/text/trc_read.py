@@ -34,6 +34,7 @@ from handclean.io.shared.reading import (
 )
 from handclean.io.text.csv_header import refuse_decimal_commas
 from handclean.recording import Points, Recording
+from handclean.remarks import Remark, remark
 
 OWN = "handclean.trc"
 """What the first line of a file of ours ends in."""
@@ -63,28 +64,28 @@ def read_trc(
         If an option contradicts it.
     """
     lines = Lines(path, load_text(path))
-    traps: list[str] = []
+    remarks: list[Remark] = []
     stated = _header(path, lines)
     rate = settle_rate(path, positive(path, "DataRate", stated["DataRate"]), rate_hz)
-    length = settle_unit(path, stated["Units"], unit, traps)
-    labels = _labels(path, lines, stated, traps)
+    length = settle_unit(path, stated["Units"], unit, remarks)
+    labels = _labels(path, lines, stated, remarks)
     beyond = Beyond()
     grid = read_numbers(
-        lines, _form(lines, len(labels), beyond), traps, lenient=lenient
+        lines, _form(lines, len(labels), beyond), remarks, lenient=lenient
     )
     if not beyond.row:
         check_labels(path, labels)
-    _check_count(stated["NumFrames"], len(grid), traps)
+    _check_count(stated["NumFrames"], len(grid), remarks)
     said = f"DataRate, {rate:g} Hz"
-    start = start_of(grid[:, 1], grid[:, 0], rate, said, traps)
-    first, values = place_rows(path, grid[:, 0], grid[:, 2:], traps)
+    start = start_of(grid[:, 1], grid[:, 0], rate, said, remarks)
+    first, values = place_rows(path, grid[:, 0], grid[:, 2:], remarks)
     positions = values.reshape(len(values), -1, 3)
     if stated[_MADE] != OWN:
-        blank_out(positions, METRES[length.lower()], traps)
+        blank_out(positions, METRES[length.lower()], remarks)
     markers, points = sort_out(in_metres(positions, length), labels)
     if beyond.row:
         numbers = (grid[:, 0] - grid[0, 0]).astype(np.int32)
-        more = _without_names(beyond, numbers, len(labels), length, traps)
+        more = _without_names(beyond, numbers, len(labels), length, remarks)
         points = _together(points, more)
     recording = Recording(
         rate=rate,
@@ -94,7 +95,7 @@ def read_trc(
         markers=markers,
         unlabelled=points,
     )
-    return Reading(recording=recording, unit=length, traps=tuple(traps))
+    return Reading(recording=recording, unit=length, remarks=tuple(remarks))
 
 
 def _parted_by(line: bytes) -> bytes | None:
@@ -129,7 +130,7 @@ def _header(path: Path, lines: Lines) -> dict[str, str]:
 
 
 def _labels(
-    path: Path, lines: Lines, stated: dict[str, str], traps: list[str]
+    path: Path, lines: Lines, stated: dict[str, str], remarks: list[Remark]
 ) -> list[str]:
     """Read the marker names and the line of coordinate names below them."""
     delimiter = _parted_by(lines.peek() or b"")
@@ -151,11 +152,17 @@ def _labels(
     if labels:
         check_labels(path, labels)
     if claim != str(len(labels)):
-        traps.append(f"NumMarkers says {claim}, {len(labels)} markers are named")
+        remarks.append(
+            remark(
+                "header", f"NumMarkers says {claim}, {len(labels)} markers are named"
+            )
+        )
     under = lines.peek()
     if under is not None and under.strip(b" \t,;")[:1] in (b"X", b"x"):
         if under.strip(b" \t,;")[:2] in (b"X0", b"x0"):
-            traps.append("coordinates are counted from X0 instead of X1")
+            remarks.append(
+                remark("header", "coordinates are counted from X0 instead of X1")
+            )
         lines.next()
     return labels
 
@@ -175,7 +182,7 @@ def _form(lines: Lines, markers: int, beyond: Beyond) -> Form:
 
 
 def _without_names(
-    beyond: Beyond, frames: Ints32, named: int, unit: str, traps: list[str]
+    beyond: Beyond, frames: Ints32, named: int, unit: str, remarks: list[Remark]
 ) -> Points:
     """Points that stand beyond the names of the markers, as many a row as there are.
 
@@ -185,12 +192,18 @@ def _without_names(
     named : how many markers have names.
     """
     row, place, places = beyond.arrays()
-    blank_out(places, METRES[unit.lower()], traps)
+    blank_out(places, METRES[unit.lower()], remarks)
     seen = np.isfinite(places).all(axis=1)
     row, place, places = row[seen], place[seen], places[seen]
     if len(row):
         most = np.bincount(row).max()
-        traps.append(f"{len(row)} points, up to {most} in a row, are without a name")
+        remarks.append(
+            remark(
+                "labels",
+                f"{len(row)} points, up to {most} in a row, are without a name",
+                points=len(row),
+            )
+        )
     return Points(
         frame=frames[row],
         source=(named + place).astype(np.int32),
@@ -211,6 +224,13 @@ def _together(one: Points | None, other: Points) -> Points | None:
     )
 
 
-def _check_count(claim: str, rows: int, traps: list[str]) -> None:
+def _check_count(claim: str, rows: int, remarks: list[Remark]) -> None:
     if claim != str(rows):
-        traps.append(f"NumFrames says {claim}, there are {rows} rows")
+        remarks.append(
+            remark(
+                "header",
+                f"NumFrames says {claim}, there are {rows} rows",
+                stated=claim[:20],
+                rows=rows,
+            )
+        )

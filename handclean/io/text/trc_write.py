@@ -20,6 +20,7 @@ from handclean.errors import FileError
 from handclean.io.shared.writing import Columns, columns_of, rows, write_lines
 from handclean.io.text.trc_read import OWN
 from handclean.recording import Recording, only_finite
+from handclean.remarks import Remark, remark
 
 _KEYS = (
     "DataRate",
@@ -37,7 +38,7 @@ _NAMED = 5
 
 def write_trc(
     path: Path, recording: Recording, *, unnamed: bool = False
-) -> tuple[str, ...]:
+) -> tuple[Remark, ...]:
     """Write the markers as TRC in millimetres; missing samples are NaN.
 
     Parameters
@@ -54,25 +55,31 @@ def write_trc(
         If there are no markers, or a name is blank.
     """
     recording = only_finite(recording)
-    notes: list[str] = []
+    remarks: list[Remark] = []
     points = recording.unlabelled
     if not unnamed and points is not None and len(points.frame):
         if recording.markers is None or not recording.markers.labels:
             wrong = f"nothing to write: none of {len(points.frame)} points has a name"
             raise FileError(path, wrong, "convert --unnamed writes them all the same")
         recording = replace(recording, unlabelled=None)
-        notes.append("convert --unnamed writes points without a name, too")
+        remarks.append(
+            remark(
+                "not-kept",
+                "convert --unnamed writes points without a name, too",
+                points=len(points.frame),
+            )
+        )
     columns = columns_of(path, recording)
     named = 0 if recording.markers is None else len(recording.markers.labels)
     models = ("",) * named if recording.markers is None else recording.markers.model
-    labels = _names(path, columns.labels[:named], models, notes)
+    labels = _names(path, columns.labels[:named], models, remarks)
     labels += [f"U_{k}" for k in range(len(columns.labels) - named)]
     write_lines(path, _lines(recording, labels, columns))
-    return (*columns.notes, *notes)
+    return (*columns.remarks, *remarks)
 
 
 def _names(
-    path: Path, labels: tuple[str, ...], models: tuple[str, ...], notes: list[str]
+    path: Path, labels: tuple[str, ...], models: tuple[str, ...], remarks: list[Remark]
 ) -> list[str]:
     """Return names that OpenSim takes, each once; say which are not as they were."""
     names: list[str] = []
@@ -93,10 +100,13 @@ def _names(
     changed = [f"'{old}' as '{new}'" for old, new in pairs if old != new]
     if changed:
         more = len(changed) - _NAMED
-        notes.append(
-            "names that OpenSim takes, each once: "
-            + ", ".join(changed[:_NAMED])
-            + (f" and {more} more" if more > 0 else "")
+        remarks.append(
+            remark(
+                "not-kept",
+                "names that OpenSim takes, each once: "
+                + ", ".join(changed[:_NAMED])
+                + (f" and {more} more" if more > 0 else ""),
+            )
         )
     return names
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from told import texts
 
 from handclean.errors import (
     FileError,
@@ -239,7 +240,7 @@ def test_missing_frames_hold_the_last_pose_and_are_noted(rng, tmp_path):
     tree = template("right")
     poses = moving(rng, tree, 6)
     poses[[0, 3, 4], 7] = np.nan
-    notes = write_bvh(tmp_path / "a.bvh", a_take(tree, poses))
+    notes = texts(write_bvh(tmp_path / "a.bvh", a_take(tree, poses)))
     assert len(notes) == 1
     assert "3 frames" in notes[0]
     held = poses[[1, 1, 2, 2, 2, 5]]
@@ -303,7 +304,7 @@ def test_our_own_files_give_everything_back(side, forearm, own, rng, tmp_path):
         joint_positions(back, motion.poses), joint_positions(tree, poses), atol=1e-9
     )
     assert take.parameters["BVH"]["joint_map"] == "handclean"
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
     assert take.events == ()
 
 
@@ -316,7 +317,7 @@ def test_no_frame_of_our_own_files_is_taken_for_a_jump(rng, tmp_path):
     motion = reading.recording.motions["right"]
     np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
     assert motion.trusted is None  # the file does not say
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
 
 
 def test_hinges_that_stand_still_at_zero_have_no_part_in_the_others(rng, tmp_path):
@@ -329,7 +330,7 @@ def test_hinges_that_stand_still_at_zero_have_no_part_in_the_others(rng, tmp_pat
     reading = read_bvh_angles(tmp_path / "a.bvh")
     motion = reading.recording.motions["left"]
     np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
 
 
 def test_bones_that_move_too_little_to_tell_their_axes_are_named(rng, tmp_path):
@@ -341,7 +342,7 @@ def test_bones_that_move_too_little_to_tell_their_axes_are_named(rng, tmp_path):
     reading = read_bvh_angles(tmp_path / "a.bvh")
     motion = reading.recording.motions["right"]
     np.testing.assert_allclose(motion.angles, poses[:, 7:], rtol=0, atol=TEXT)
-    [trap] = reading.traps
+    [trap] = texts(reading.remarks)
     assert trap.startswith("move too little to tell their hinge axes")
     assert trap.endswith(": right ring_proximal")
 
@@ -381,7 +382,7 @@ def test_two_hands_and_an_object_come_back_by_their_names(rng, tmp_path):
         np.testing.assert_allclose(motion.translation, wanted[:, :3], atol=1e-10)
     for name, tree in trees.items():
         assert reading.recording.skeletons[name].side == tree.side
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
 
 
 def test_turns_that_an_editor_gave_a_finger_are_reported(rng, tmp_path):
@@ -400,7 +401,7 @@ def test_turns_that_an_editor_gave_a_finger_are_reported(rng, tmp_path):
     held = reading.recording.parameters["BVH"]["not_held"]
     assert held["ring_middle"]["rms_deg"] == pytest.approx(10 / np.sqrt(2), rel=0.1)
     assert held["ring_proximal"]["rms_deg"] < 1e-6
-    assert "ring_middle" in reading.traps[0]
+    assert "ring_middle" in texts(reading.remarks)[0]
 
 
 def disguised(tree, poses, rng, *, mirrored, split):
@@ -507,7 +508,7 @@ def test_a_foreign_files_motion_can_be_written_with_a_hierarchy(suffix, rng, tmp
     reading = read_bvh_angles(tmp_path / "a.bvh", foreign())
     files.write(tmp_path / f"b{suffix}", reading.recording)
     assert (tmp_path / f"b{suffix}").stat().st_size > 1000
-    assert any("the template's axes" in trap for trap in reading.traps)
+    assert any("the template's axes" in trap for trap in texts(reading.remarks))
 
 
 def test_rotation_that_hinges_cannot_hold_is_reported_where_it_is(rng):
@@ -550,7 +551,7 @@ def test_tracking_jumps_are_left_out_and_only_they(rng, tmp_path):
         (99, 141),
         (219, 221),
     ]
-    assert any("44 frames" in trap for trap in reading.traps)
+    assert any("44 frames" in trap for trap in texts(reading.remarks))
 
 
 def test_options_must_agree_with_the_map(rng, tmp_path):
@@ -559,7 +560,7 @@ def test_options_must_agree_with_the_map(rng, tmp_path):
     read_bvh_angles(tmp_path / "a.bvh", unit="cm", rate_hz=120.0)
     plain = read_bvh_angles(tmp_path / "a.bvh").recording.motions["right"]
     other = read_bvh_angles(tmp_path / "a.bvh", unit="mm")
-    assert other.traps[0].startswith(
+    assert texts(other.remarks)[0].startswith(
         "--unit mm is taken, though the unit is the 0.01 m"
     )
     place = other.recording.motions["right"].translation

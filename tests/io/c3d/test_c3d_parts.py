@@ -79,7 +79,7 @@ GROUPS = {
 @pytest.mark.parametrize("name", NAMES)
 def test_a_section_is_read_entry_by_entry(name):
     section = parse_section(section_bytes(GROUPS, name, 0), NAMES[name])
-    assert section.notes == ()
+    assert section.remarks == ()
     assert section.strings("POINT", "LABELS") == ["a", "bb", "Öhr"]
     assert section.strings("point", "labels") == ["a", "bb", "Öhr"]
     assert section.numbers("POINT", "USED").tolist() == [3]
@@ -102,7 +102,7 @@ def test_editing_leaves_every_other_entry_as_it_was(name):
     edited = with_floats(edited, "EVENT", "TIMES", np.ones((2, 2)), (2, 2))
     edited = with_text(edited, "SUBJECT", "NAME", "Bea")
     again = parse_section(edited_bytes(edited, len(raw)), NAMES[name])
-    assert again.notes == ()
+    assert again.remarks == ()
     assert again.strings("POINT", "LABELS") == ["c"] * 300
     assert again.find("POINT", "LABELS").dims == (4, 255)
     assert again.numbers("POINT", "USED", unsigned=True).tolist() == [300]

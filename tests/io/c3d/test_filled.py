@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.io.c3d.filled import Marks, read_marks, with_marks
 from handclean.io.c3d.numbers import Processor
@@ -46,7 +47,7 @@ def filled(recording, *gaps):
 
 def written(recording):
     file = io.BytesIO()
-    notes = write_c3d(file, recording)
+    notes = texts(write_c3d(file, recording))
     return file.getvalue(), notes
 
 
@@ -70,7 +71,7 @@ def test_fills_in_a_file_without_residuals_come_back_as_fills(
     assert notes == ()
     again = read(content)
     np.testing.assert_array_equal(again.markers.origin, take.markers.origin)
-    (event,) = again.events
+    (event,) = again.remarks
     assert "6 points are listed in HANDCLEAN:FILLED" in event.text
     # and once more, byte for byte
     assert written(again)[0] == content
@@ -144,7 +145,7 @@ def test_a_list_of_other_samples_is_not_believed(rng, read, tmp_path):
     other = content[:at] + moved.astype("<f4").tobytes() + content[at + 12 :]
     again = read(other)
     assert not (again.markers.origin == Origin.FILLED).any()
-    assert "lists other samples than these" in again.events[0].text
+    assert "lists other samples than these" in again.remarks[0].text
     traps = inspect_c3d(tmp_path / "a.c3d")["traps"]
     assert any("lists other samples" in trap for trap in traps)
 

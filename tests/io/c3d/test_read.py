@@ -138,7 +138,7 @@ def test_frames_beyond_a_full_count_are_found_by_the_size_of_the_file(write, rng
     recording = read_c3d(path)
     assert recording.frames == 65600
     check(recording, raw, words, True)
-    assert "65535" in recording.events[0].text
+    assert "65535" in recording.remarks[0].text
 
 
 @pytest.mark.parametrize("first", [0, 1, 389])
@@ -172,10 +172,10 @@ def test_millimetres_are_the_default_of_the_format_and_an_event_says_so(
     path = write(raw, words, units=units, scale=0.1)
     recording = read_c3d(path)
     check(recording, raw, words, True)
-    assert any("UNITS" in event.text for event in recording.events)
+    assert any("UNITS" in event.text for event in recording.remarks)
     stated = read_c3d(path, unit="cm")
     check(stated, raw, words, True, 1e-2)
-    assert not stated.events
+    assert not stated.remarks
 
 
 @pytest.mark.parametrize(
@@ -209,7 +209,7 @@ def test_options_must_not_contradict_the_file(write, rng):
     assert read_c3d(path, unit="mm", rate=100.05).rate == 100
     other = read_c3d(path, unit="cm")
     check(other, raw, words, True, 1e-2)
-    assert [e.text for e in other.events] == [
+    assert [e.text for e in other.remarks] == [
         "--unit cm is taken, though the file says mm"
     ]
     with pytest.raises(UsageError, match="contradicts its 100 Hz"):
@@ -243,7 +243,7 @@ def test_points_at_zero_are_missing_and_an_event_counts_them(write, rng):
     recording = read_c3d(path)
     assert np.isnan(recording.markers.positions[3:7, 1]).all()
     assert (recording.markers.origin[3:7, 1] == Origin.MISSING).all()
-    assert "4 points at (0, 0, 0)" in recording.events[0].text
+    assert "4 points at (0, 0, 0)" in recording.remarks[0].text
     kept = read_c3d(path, zeros_are_missing=False)
     assert (kept.markers.positions[3:7, 1] == 0).all()
     assert (kept.markers.origin == Origin.MEASURED).all()
@@ -277,7 +277,7 @@ def test_word_zero_means_computed_where_other_points_have_residuals(write, rng):
     expected[5:9, 2] = Origin.FILLED
     np.testing.assert_array_equal(recording.markers.origin, expected)
     assert not recording.markers.measured[5:9, 2].any()
-    assert "residual 0" in recording.events[0].text
+    assert "residual 0" in recording.remarks[0].text
 
 
 def test_word_zero_everywhere_means_that_residuals_were_not_recorded(write, rng):
@@ -432,11 +432,11 @@ def test_coordinates_are_believed_on_request_where_all_points_are_marked_missing
     raw[4, 1] = 0
     path = write(raw, np.full((30, 3), -1), labels, is_float=is_float, scale=0.1)
     plain = read_c3d(path)
-    assert any("--believe-coordinates takes these" in e.text for e in plain.events)
+    assert any("--believe-coordinates takes these" in e.text for e in plain.remarks)
     assert plain.unlabelled is None or not len(plain.unlabelled.frame)
     believed = read_c3d(path, believe_coordinates=True)
     told = "every point is marked missing; 89 that have coordinates are believed"
-    assert any(told in e.text for e in believed.events)
+    assert any(told in e.text for e in believed.remarks)
     assert any(
         told in trap for trap in inspect_c3d(path, believe_coordinates=True)["traps"]
     )
@@ -461,7 +461,7 @@ def test_coordinates_are_believed_on_request_where_all_points_are_marked_missing
     write_c3d(again, believed)
     path.write_bytes(again.getvalue())
     found = read_c3d(path)
-    assert not any("missing;" in e.text for e in found.events)
+    assert not any("missing;" in e.text for e in found.remarks)
     np.testing.assert_array_equal(found.unlabelled.positions, points.positions)
 
 
@@ -470,14 +470,14 @@ def test_marks_of_single_points_are_believed_whatever_the_coordinates(write, rng
     words[7, 1] = -1
     recording = read_c3d(write(raw, words), believe_coordinates=True)
     assert np.isnan(recording.markers.positions[7, 1]).all()
-    assert not recording.events
+    assert not recording.remarks
 
 
 def test_labels_that_stand_twice_are_told_and_counted_once(write, rng):
     raw, words = take(rng, 10, 4, missing=0)
     words[3, 0] = words[3, 2] = words[5, 0] = -1
     path = write(raw, words, ["A", "B", "A", "*1"])
-    assert "labels that stand twice: A" in [e.text for e in read_c3d(path).events]
+    assert "labels that stand twice: A" in [e.text for e in read_c3d(path).remarks]
     about = files.inspect(path)
     assert about["markers"] == ["A", "B"]
     assert about["measured"] == {"A": 9, "B": 10}
@@ -522,7 +522,7 @@ def test_a_truncated_file_says_what_can_be_saved(write, rng):
     recording = read_c3d(path, lenient=True)
     assert recording.frames == 30
     check(recording, raw[:30], words[:30], True)
-    assert "30 of 50" in recording.events[0].text
+    assert "30 of 50" in recording.remarks[0].text
     assert any("30 of 50" in trap for trap in inspect_c3d(path)["traps"])
 
 

@@ -61,7 +61,7 @@ def write(tmp_path, rng):
 
 
 def told(recording):
-    lines = [e.text for e in recording.events if e.text.startswith("scale: ")]
+    lines = [e.text for e in recording.remarks if e.text.startswith("scale: ")]
     assert len(lines) == 1
     return lines[0]
 
@@ -146,7 +146,7 @@ def test_a_file_with_two_scales_is_written_as_it_is_or_with_one(
     object.__setattr__(take.markers, "labels", tuple("ABCDEFG"))
     write_c3d(again, take)
     renamed = read_c3d(again)
-    assert not [e for e in renamed.events if e.text.startswith("scale")]
+    assert not [e for e in renamed.remarks if e.text.startswith("scale")]
     found = renamed.markers.positions
     np.testing.assert_allclose(found, take.markers.positions, atol=0.6e-3 * TRUE)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from told import texts
 
 from handclean.errors import FileError
 from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
@@ -146,7 +147,7 @@ def test_each_sample_is_written_as_its_origin_says(rng, read, processor, is_floa
     origin[0, 3] = Origin.REJECTED
     positions[1, 0] += 0.001  # moved, still measured: its residual and cameras stay
     changed = with_markers(recording, positions=positions, origin=origin)
-    assert write_c3d(io.BytesIO(), changed) == (
+    assert texts(write_c3d(io.BytesIO(), changed)) == (
         "1 rejected samples are written as missing",
     )
     again = read(written(changed))
@@ -365,7 +366,7 @@ def test_a_coordinate_too_large_for_integers_rescales_all_points(rng, read, proc
     origin = recording.markers.origin.copy()
     origin[4, 0] = Origin.FILLED
     changed = with_markers(recording, positions=positions, origin=origin)
-    assert "POINT:SCALE went from 0.1" in write_c3d(io.BytesIO(), changed)[0]
+    assert "POINT:SCALE went from 0.1" in texts(write_c3d(io.BytesIO(), changed))[0]
     again = read(written(changed))
     scale = again.parameters["c3d"]["groups"]["POINT"]["SCALE"]
     assert scale == pytest.approx(9000 / 32000)
@@ -578,7 +579,7 @@ def test_a_truncated_file_is_mended_when_it_is_written(rng, read):
     recording = read(content[: begin + 30 * 320 + 100], lenient=True)
     again = read(written(recording))
     assert again.frames == 30
-    assert not again.events
+    assert not again.remarks
 
 
 def test_what_cannot_be_written_is_an_error(tmp_path, rng):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from gltf_oracle import Scene, numbers
+from told import texts
 
 from handclean.errors import FileError, UnknownNameError
 from handclean.hand.marker_set import MarkerSet
@@ -115,7 +116,7 @@ def test_a_missing_frame_holds_the_last_pose_and_is_told(tmp_path, rng):
     broken[:2], broken[10:15] = np.nan, np.nan
     motion = motion_from_poses(recording.skeletons["right"].hinges, broken)
     recording = replace(recording, motions={"right": motion})
-    notes = write_glb(tmp_path / "m.glb", recording, surfaces=surfaces)
+    notes = texts(write_glb(tmp_path / "m.glb", recording, surfaces=surfaces))
     assert notes == ("7 frames without a pose of 'right' hold the last one",)
     scene = Scene(tmp_path / "m.glb")
     node = scene.skinned[0]
@@ -161,7 +162,7 @@ def test_a_thing_without_a_skin_is_written_as_bones(tmp_path, rng):
         skeletons={"cup": cup},
         motions={"cup": motion_from_poses((), poses)},
     )
-    notes = write_glb(tmp_path / "m.glb", recording)
+    notes = texts(write_glb(tmp_path / "m.glb", recording))
     assert notes == (
         "'cup' has no surface: its bones alone are written",
         "the take does not say which way is up: z is taken",

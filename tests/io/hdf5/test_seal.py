@@ -131,7 +131,7 @@ def test_a_broken_seal_can_be_tolerated_and_is_noted_once(tmp_path, make):
         read(path)
         read(path)
     assert len(noted) == 1
-    assert "a.h5 is damaged or was edited" in noted[0]
+    assert "a.h5 is damaged or was edited" in noted[0].text
     with seal.tolerated(False), pytest.raises(FileError, match="/sha256"):
         read(path)
 
@@ -153,7 +153,7 @@ def test_lenient_reading_keeps_with_the_take_that_it_is_damaged(tmp_path):
     name, _ = a_session(path)
     with_a_flipped_bit(path, name)
     take = files.read(path, lenient=True)
-    assert "is damaged or was edited" in take.events[-1].text
+    assert "is damaged or was edited" in take.remarks[-1].text
     about = files.inspect(path)
     assert "is damaged or was edited" in about["traps"][0]
 

@@ -12,6 +12,7 @@ import pytest
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
+from told import texts
 
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.hand.surface import vertex_normals, volume
@@ -54,7 +55,7 @@ def test_a_mesh_comes_back_in_its_order_with_normals_and_colors(tmp_path, blob, 
 
 def test_stl_keeps_the_shape_and_every_vertex_once(tmp_path, blob):
     path = tmp_path / "m.stl"
-    assert write_mesh(path, blob) == ("STL has no colours",)
+    assert texts(write_mesh(path, blob)) == ("STL has no colours",)
     back = read_mesh(path)
     assert len(back.vertices) == len(blob.vertices)
     for one, two in zip(blob.faces[::17], back.faces[::17], strict=True):
@@ -258,7 +259,7 @@ def test_an_option_that_contradicts_the_file_is_taken_if_it_makes_a_hand(
     with pytest.raises(FileError, match="it says m; --unit mm would make it a hand"):
         read_mesh(path)
     mesh = read_mesh(path, unit="mm")
-    assert mesh.traps == ("--unit mm is taken, though the file says m",)
+    assert texts(mesh.remarks) == ("--unit mm is taken, though the file says m",)
     np.testing.assert_allclose(mesh.vertices, blob.vertices, atol=1e-6)
     with pytest.raises(FileError, match="--unit mm would make it a hand"):
         read_mesh(path, unit="cm")

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.io import files
@@ -62,7 +63,7 @@ def test_a_column_of_times_may_name_its_unit(name, unit, tmp_path):
     reading = read(tmp_path, csv(time=name, unit=unit, start=5.0))
     expect(reading)
     assert reading.recording.start_time == pytest.approx(5.0)
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
 
 
 @pytest.mark.parametrize(
@@ -74,7 +75,7 @@ def test_times_no_camera_runs_at_are_milliseconds_or_less_and_said(
     reading = read(tmp_path, csv(time="time", unit=unit, start=2.0))
     expect(reading)
     assert reading.recording.start_time == pytest.approx(2.0)
-    assert any(f"read as {name}seconds" in trap for trap in reading.traps)
+    assert any(f"read as {name}seconds" in trap for trap in texts(reading.remarks))
 
 
 @pytest.mark.parametrize(("name", "unit"), [("time_s", 1e-3), ("time_ms", 1.0)])
@@ -168,7 +169,7 @@ def test_units_may_stand_in_a_line_below(row, time, unit, part, heads, tmp_path)
     reading = read(tmp_path, lines, unit=None)
     expect(reading)
     assert reading.recording.start_time == pytest.approx(5.0)
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
 
 
 @pytest.mark.parametrize("heads", [1, 2])
@@ -229,7 +230,7 @@ def test_what_is_no_place_by_its_unit_is_left_out_and_said(tmp_path):
     lines.insert(1, ",s,mm,mm,mm,mm,mm,mm,N,N,N")
     reading = read(tmp_path, lines, unit=None)
     expect(reading)
-    (trap,) = reading.traps
+    (trap,) = texts(reading.remarks)
     assert trap == "not a marker's place, left out: F_X [N], F_Y [N], F_Z [N]"
 
 
@@ -237,7 +238,7 @@ def test_a_unit_that_is_none_of_time_leaves_the_times_out(tmp_path):
     lines = with_units(",h:m:s,mm,mm,mm,mm,mm,mm", "time")
     reading = read(tmp_path, lines, rate_hz=120.0, unit=None)
     expect(reading)
-    assert reading.traps == ("not a marker's place, left out: time [h:m:s]",)
+    assert texts(reading.remarks) == ("not a marker's place, left out: time [h:m:s]",)
 
 
 @pytest.mark.parametrize("heads", [1, 2])
@@ -308,7 +309,9 @@ def test_markers_that_differ_in_case_only_are_said(tmp_path):
     head = [*HEAD, "a_X", "a_Y", "a_Z"]
     reading = read(tmp_path, csv(head, time="time_s", more=["1", "2", "3"]))
     assert reading.recording.markers.labels == ("A", "B", "a")
-    assert reading.traps == ("markers whose names differ in case only: 'A' and 'a'",)
+    assert texts(reading.remarks) == (
+        "markers whose names differ in case only: 'A' and 'a'",
+    )
 
 
 @pytest.mark.parametrize(
@@ -334,7 +337,7 @@ def test_what_is_no_place_is_left_out_and_said(names, tmp_path):
     lines = csv([*HEAD, *names], time="time_s", more=["0.5"] * len(names))
     reading = read(tmp_path, lines)
     expect(reading)
-    (trap,) = reading.traps
+    (trap,) = texts(reading.remarks)
     assert trap == f"not a marker's place, left out: {', '.join(names)}"
 
 
@@ -374,7 +377,7 @@ def test_a_likelihood_beside_the_axes_is_left_out(tmp_path):
     lines = ["bodyparts,A,A,A,A", "coords,x,y,z,likelihood", "0,1,2,3,0.9"]
     reading = read(tmp_path, lines, rate_hz=1.0)
     assert reading.recording.markers.labels == ("A",)
-    assert reading.traps == ("not a marker's place, left out: A_likelihood",)
+    assert texts(reading.remarks) == ("not a marker's place, left out: A_likelihood",)
 
 
 @pytest.mark.parametrize(
@@ -500,7 +503,9 @@ def test_rows_whose_blank_end_was_cut_lack_whole_markers(part, tmp_path):
     lines[2] = part.join(lines[2].split(part)[:5])
     reading = read(tmp_path, lines)
     assert reading.recording.markers.origin[:, 1].tolist() == [1, 0, 1, 1, 1, 1]
-    assert reading.traps == ("1 rows end early: what they lack counts as missing",)
+    assert texts(reading.remarks) == (
+        "1 rows end early: what they lack counts as missing",
+    )
     lines[2] += f"{part}4"
     with pytest.raises(FileError, match="line 3: has 6 cells"):
         read(tmp_path, lines)
@@ -556,11 +561,13 @@ def test_a_qualisys_file_without_its_head_is_a_table(tmp_path):
 def test_times_of_qualisys_are_kept_where_they_run_at_its_frequency(tmp_path):
     reading = tsv(tmp_path, [*KEYS, *table(start=2.0)])
     expect(reading)
-    assert (reading.recording.start_time, reading.traps) == (2.0, ())
+    assert (reading.recording.start_time, texts(reading.remarks)) == (2.0, ())
     wrong = [KEYS[0], "FREQUENCY\t200", KEYS[2]]
     reading = tsv(tmp_path, [*wrong, *table(start=2.0)])
     assert reading.recording.start_time == 0.0
-    assert any("does not run at FREQUENCY, 200 Hz" in trap for trap in reading.traps)
+    assert any(
+        "does not run at FREQUENCY, 200 Hz" in trap for trap in texts(reading.remarks)
+    )
 
 
 @pytest.mark.parametrize("cells", ["NULL\tNULL\tNULL", "NaN\tNaN\tNaN", "-9999\t" * 3])

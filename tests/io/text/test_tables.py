@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy.spatial.transform import Rotation
+from told import texts
 
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.io import files
@@ -65,7 +66,7 @@ def test_zeros_count_as_missing_in_other_peoples_files(tmp_path):
     path = written(tmp_path / "a.csv", OTHERS.replace("4,5,6", "0,0.0,-0"))
     reading = read_csv(path, rate_hz=120.0, unit="cm")
     assert reading.recording.markers.origin.tolist() == [[1, 0], [1, 0]]
-    assert reading.traps == ("1 samples at (0, 0, 0) count as missing",)
+    assert texts(reading.remarks) == ("1 samples at (0, 0, 0) count as missing",)
 
 
 def test_the_error_says_which_option_to_give(tmp_path):
@@ -114,8 +115,8 @@ def test_frame_numbers_and_times_give_the_rate_and_the_gaps(tmp_path):
     take = reading.recording
     assert (take.rate, take.first_frame, take.frames) == (120.0, 5, 55)
     assert np.flatnonzero(take.markers.origin[:, 0] == 0).tolist() == [4]
-    assert any("weight" in trap for trap in reading.traps)
-    assert any("left out" in trap for trap in reading.traps)
+    assert any("weight" in trap for trap in texts(reading.remarks))
+    assert any("left out" in trap for trap in texts(reading.remarks))
     with pytest.raises(UsageError, match="contradicts"):
         read_csv(path, unit="mm", rate_hz=100.0)
 
@@ -190,7 +191,7 @@ def test_our_csv_comes_back_without_options(
     write_csv(path, take)
     reading = read_csv(path)
     back = reading.recording
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
     assert (back.rate, back.first_frame, back.up_axis) == (
         take.rate,
         take.first_frame,
@@ -290,15 +291,15 @@ def test_qualisys_is_read_with_its_traps(tmp_path):
     assert np.isnan(take.markers.positions[2, 0]).all()
     np.testing.assert_array_equal(take.markers.positions[0, 1], [4e-3, 5e-3, 6e-3])
     assert [(e.start, e.stop, e.text) for e in take.events] == [(1, 2, "grasp")]
-    assert any("1 samples at (0, 0, 0)" in trap for trap in reading.traps)
-    assert any("B is Mixed" in trap for trap in reading.traps)
+    assert any("1 samples at (0, 0, 0)" in trap for trap in texts(reading.remarks))
+    assert any("B is Mixed" in trap for trap in texts(reading.remarks))
 
 
 def test_gap_filled_trajectories_do_not_count_as_measured(tmp_path):
     text = QUALISYS.replace("Mixed", "Gap-filled")
     reading = read_tsv(written(tmp_path / "a.tsv", text))
     assert reading.recording.markers.origin[:, 1].tolist() == [2, 0, 2]
-    assert any("Gap-filled" in trap for trap in reading.traps)
+    assert any("Gap-filled" in trap for trap in texts(reading.remarks))
 
 
 @pytest.mark.parametrize("lead", [True, False])
@@ -338,7 +339,7 @@ def test_qualisys_is_in_millimetres(tmp_path):
     path = written(tmp_path / "a.tsv", QUALISYS)
     read_tsv(path, unit="mm", rate_hz=100.0)
     plain, other = read_tsv(path), read_tsv(path, unit="m")
-    assert other.traps[0] == "--unit m is taken, though the file says mm"
+    assert texts(other.remarks)[0] == "--unit m is taken, though the file says mm"
     np.testing.assert_allclose(
         other.recording.markers.positions, 1e3 * plain.recording.markers.positions
     )
@@ -373,7 +374,7 @@ def test_mot_leaves_frames_out_in_which_something_is_missing(rng, tmp_path):
     motion.translation[5] = np.nan
     gone = replace(a_motion(rng, 9, 1), angles=np.full((9, 1), np.nan))
     take = Recording(rate=50.0, frames=9, motions={"right": motion, "left": gone})
-    notes = write_mot(tmp_path / "a.mot", take)
+    notes = texts(write_mot(tmp_path / "a.mot", take))
     assert [note.split(":")[0] for note in notes] == [
         "motion 'left' is left out",
         "4 of 9 frames are left out",
@@ -476,7 +477,7 @@ def test_the_real_recordings_are_read_in_full(shared_data):
     take = guitar.recording
     assert (take.frames, len(take.markers.labels)) == (2718, 23)
     assert take.markers.labels[-1] == "R-Wan-wai"
-    assert guitar.traps == ()
+    assert texts(guitar.remarks) == ()
     hidden = np.mean(take.markers.origin == 0, axis=0).max()
     assert 0.99 < hidden < 1
 
@@ -484,4 +485,6 @@ def test_the_real_recordings_are_read_in_full(shared_data):
     take = dfki.recording
     assert (take.frames, take.rate, len(take.markers.labels)) == (6000, 100.0, 21)
     assert np.count_nonzero(take.markers.origin == 0) == 613
-    assert dfki.traps == ("middle_tip is Mixed: which samples are filled is not said",)
+    assert texts(dfki.remarks) == (
+        "middle_tip is Mixed: which samples are filled is not said",
+    )

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.errors import FileError
 from handclean.io import files
@@ -53,7 +54,7 @@ def test_a_file_without_names_has_points_as_many_a_row_as_there_are(
     assert (take.frames, take.rate, take.markers) == (4, 100.0, None)
     assert take.unlabelled.frame.tolist() == [0, 0, 2, 2, 2, 3]
     np.testing.assert_allclose(take.unlabelled.positions[-1], [4e-3, 5e-3, 6e-3])
-    assert any("6 points, up to 3 in a row" in trap for trap in reading.traps)
+    assert any("6 points, up to 3 in a row" in trap for trap in texts(reading.remarks))
 
 
 def test_cells_beyond_the_names_are_points_without_a_name(tmp_path):
@@ -74,7 +75,7 @@ def test_cells_beyond_the_names_are_points_without_a_name(tmp_path):
 def test_where_nothing_is_there_no_points_are_told_of(tmp_path):
     reading = read(tmp_path, trc([row(1, *ONE, *TWO, 0, 0, 0)]))
     assert reading.recording.unlabelled is None
-    assert reading.traps == ("1 samples at (0, 0, 0) count as missing",)
+    assert texts(reading.remarks) == ("1 samples at (0, 0, 0) count as missing",)
 
 
 def test_columns_and_cells_without_a_name_come_together_by_frame(tmp_path):
@@ -109,7 +110,7 @@ def test_a_row_whose_blank_end_was_cut_off_lacks_whole_markers(short, tmp_path):
     reading = read(tmp_path, trc(rows))
     seen = reading.recording.markers.origin.tolist()
     assert seen == [[1, 1], [int(bool(short)), 0], [1, 1]]
-    assert any("1 rows end early" in trap for trap in reading.traps)
+    assert any("1 rows end early" in trap for trap in texts(reading.remarks))
 
 
 @pytest.mark.parametrize("short", [(1,), (1, 2), (*ONE, 4), (*ONE, 4, 5)])
@@ -175,7 +176,7 @@ def test_words_for_nothing_are_missing_numbers(cell, tmp_path):
     rows = [row(1, *ONE, *TWO), row(2, *ONE, cell, cell, cell)]
     reading = read(tmp_path, trc(rows))
     assert reading.recording.markers.origin.tolist() == [[1, 1], [1, 0]]
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
 
 
 @pytest.mark.parametrize("cell", ["1.#INF", "-1.#INF00", "inf", "-Infinity"])
@@ -183,7 +184,7 @@ def test_infinity_is_missing_and_said(cell, tmp_path):
     rows = [row(1, *ONE, *TWO), row(2, *ONE, cell, cell, cell)]
     reading = read(tmp_path, trc(rows))
     assert reading.recording.markers.origin.tolist() == [[1, 1], [1, 0]]
-    assert reading.traps == ("3 infinite numbers count as missing",)
+    assert texts(reading.remarks) == ("3 infinite numbers count as missing",)
 
 
 SENTINELS = "9999999 9999999.0 -9999 99999.99 999.999 -999 -3.697314e+28 1e6 -1000000 "
@@ -195,7 +196,7 @@ def test_one_number_for_nothing_on_all_three_axes_is_missing_and_said(cell, tmp_
     rows = [row(1, *ONE, *TWO), row(2, *ONE, cell, cell, cell)]
     reading = read(tmp_path, trc(rows))
     assert reading.recording.markers.origin.tolist() == [[1, 1], [1, 0]]
-    (trap,) = reading.traps
+    (trap,) = texts(reading.remarks)
     assert "1 samples with" in trap
     assert f"{float(cell):.10g}" in trap
 
@@ -207,7 +208,7 @@ def test_a_place_is_no_number_for_nothing(cells, tmp_path):
     rows = [row(1, *ONE, *TWO), row(2, *ONE, *cells)]
     reading = read(tmp_path, trc(rows))
     assert reading.recording.markers.origin.tolist() == [[1, 1], [1, 1]]
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
 
 
 def test_a_file_of_ours_has_no_numbers_for_nothing(tmp_path):
@@ -222,7 +223,9 @@ def test_a_time_column_that_does_not_run_at_the_rate_is_said_and_not_kept(tmp_pa
     rows = [f"{k}\t{5000 + 10 * k}\t1\t2\t3\t4\t5\t6" for k in range(1, 5)]
     reading = read(tmp_path, trc(rows))
     assert reading.recording.start_time == 0.0
-    assert any("does not run at DataRate, 100 Hz" in trap for trap in reading.traps)
+    assert any(
+        "does not run at DataRate, 100 Hz" in trap for trap in texts(reading.remarks)
+    )
 
 
 def test_inspect_and_convert_take_points_without_a_name(tmp_path):

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from told import texts
 
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.io import files
@@ -41,7 +42,7 @@ def test_blank_cells_are_missing_and_lengths_become_metres(tmp_path):
     )
     assert np.isnan(take.markers.positions[1, 1]).all()
     assert take.markers.origin.tolist() == [[1, 1], [1, 0], [1, 1]]
-    assert reading.traps == ()
+    assert texts(reading.remarks) == ()
     assert reading.unit == "mm"
 
 
@@ -59,7 +60,7 @@ def test_blank_cells_are_missing_and_lengths_become_metres(tmp_path):
 )
 def test_what_is_odd_is_read_and_reported(old, new, trap, tmp_path):
     reading = read_trc(written(tmp_path / "a.trc", PLAIN.replace(old, new)))
-    assert any(trap in line for line in reading.traps), reading.traps
+    assert any(trap in line for line in texts(reading.remarks)), texts(reading.remarks)
 
 
 def test_frames_that_are_left_out_are_missing_at_their_place(tmp_path):
@@ -116,7 +117,7 @@ def test_a_cut_file_is_saved_only_when_asked(tmp_path):
         read_trc(path)
     reading = read_trc(path, lenient=True)
     assert reading.recording.frames == 2
-    assert any("left out" in trap for trap in reading.traps)
+    assert any("left out" in trap for trap in texts(reading.remarks))
 
 
 def test_options_must_agree_with_the_file(tmp_path):
@@ -125,7 +126,7 @@ def test_options_must_agree_with_the_file(tmp_path):
     with pytest.raises(UsageError, match=r"--rate 100\.2 contradicts"):
         read_trc(path, rate_hz=100.2)
     other = read_trc(path, unit="cm")
-    assert "--unit cm is taken, though the file says mm" in other.traps
+    assert "--unit cm is taken, though the file says mm" in texts(other.remarks)
     with pytest.raises(UsageError, match="mm, cm or m"):
         read_trc(path, unit="furlong")
     with pytest.raises(UsageError, match="--rate should be"):
@@ -168,7 +169,7 @@ def test_filled_and_rejected_samples_are_noted(tmp_path):
     origin = np.array([[Origin.MEASURED], [Origin.FILLED], [Origin.REJECTED]], np.uint8)
     markers = trajectories(positions, ("A",), origin=origin)
     take = Recording(rate=1.0, frames=3, markers=markers)
-    notes = files.write(tmp_path / "a.trc", take)
+    notes = texts(files.write(tmp_path / "a.trc", take))
     assert any("TRC keeps no marks of filled" in note for note in notes)
     assert any("1 rejected" in note for note in notes)
     back = read_trc(tmp_path / "a.trc").recording.markers
@@ -212,10 +213,10 @@ def test_real_takes_with_wrong_counts_keep_their_timing(shared_data):
         take = reading.recording
         assert take.rate == 120.0
         assert len(take.markers.labels) == 19
-        assert any("X0" in trap for trap in reading.traps)
-        said = [trap for trap in reading.traps if "NumFrames" in trap]
+        assert any("X0" in trap for trap in texts(reading.remarks))
+        said = [trap for trap in texts(reading.remarks) if "NumFrames" in trap]
         wrong += bool(said)
-        assert not any("Time" in trap for trap in reading.traps)
+        assert not any("Time" in trap for trap in texts(reading.remarks))
     assert (len(paths), wrong) == (168, 15)
     take = read_trc(next(p for p in paths if p.match("*User1/capture1/sequence.27*")))
     assert take.recording.frames == 112

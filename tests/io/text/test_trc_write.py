@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from told import texts
 
 from handclean.errors import FileError
 from handclean.io import files
@@ -88,7 +89,7 @@ def test_opensim_itself_reads_what_is_written(columns, unnamed, take, tmp_path):
 def test_points_without_a_name_are_left_out_counted_and_written_on_request(
     take, tmp_path
 ):
-    lost = files.write(tmp_path / "a.trc", take)
+    lost = texts(files.write(tmp_path / "a.trc", take))
     assert lost[0] == "TRC keeps no points without a name (3); .h5 keeps everything"
     assert any("convert --unnamed" in line for line in lost[1:])
     assert read_trc(tmp_path / "a.trc").recording.unlabelled is None
@@ -132,7 +133,7 @@ def test_names_are_such_as_opensim_takes_each_once_and_changes_are_said(
     labels, models, expected, take, tmp_path
 ):
     markers = trajectories(take.markers.positions, labels, model=models)
-    notes = write_trc(tmp_path / "a.trc", replace(take, markers=markers))
+    notes = texts(write_trc(tmp_path / "a.trc", replace(take, markers=markers)))
     assert opensim_trc.read(tmp_path / "a.trc")[0] == expected
     for old, new in zip(labels, expected, strict=True):
         said = any(f"'{old}' as '{new}'" in note for note in notes)
