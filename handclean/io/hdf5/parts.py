@@ -113,7 +113,8 @@ class Part:
             info = np.iinfo(wanted)
             if not info.min <= int(values.min()) <= int(values.max()) <= info.max:
                 raise self.fail(f"{name} holds numbers beyond {wanted}")
-        return values.astype(wanted)
+        with np.errstate(invalid="ignore"):  # a signalling NaN
+            return values.astype(wanted)
 
     def texts(self, name: str, count: int | None = None) -> tuple[str, ...]:
         """Return a list of texts.

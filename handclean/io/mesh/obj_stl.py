@@ -142,7 +142,9 @@ def parse_stl(path: Path, content: bytes) -> RawMesh:
     if there == count and count:
         fields = [("normal", "<f4", (3,)), ("at", "<f4", (3, 3)), ("more", "<u2")]
         table = np.frombuffer(content, np.dtype(fields), count, _STL_HEAD)
-        return _merged(table["at"].reshape(-1, 3).astype(np.float64), content)
+        with np.errstate(invalid="ignore"):  # a signalling NaN
+            corners = table["at"].reshape(-1, 3).astype(np.float64)
+        return _merged(corners, content)
     if content.lstrip()[:5].lower() != b"solid" or b"facet" not in content.lower():
         right = f"it says {count} faces, {max(there, 0.0):.1f} are there"
         raise FileError(path, "is not STL", f"a cut or damaged file? {right}")

@@ -359,6 +359,16 @@ def test_analog_channels_are_scaled(write, rng, processor, is_float, unsigned):
     assert recording.analog.rate == 400
 
 
+def test_an_analog_value_may_be_a_signalling_nan(write, rng):
+    raw, words = take(rng, 3, 1)
+    path = write(raw, words, analog=np.full((3, 1), 2.5), per_frame=1, is_float=True)
+    content = path.read_bytes()
+    at = content.rindex(np.float32(2.5).tobytes())
+    path.write_bytes(content[:at] + b"\x01\x00\xa0\x7f" + content[at + 4 :])
+    values = read_c3d(path).analog.values
+    assert np.isnan(values).sum() == 1
+
+
 def test_more_than_255_analog_channels_have_continued_parameters(write, rng):
     raw, words = take(rng, 3, 1)
     stored = rng.integers(-99, 99, (3, 300))

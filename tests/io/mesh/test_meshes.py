@@ -170,6 +170,18 @@ def test_a_cut_stl_is_said(tmp_path, blob):
         read_mesh(path, unit="m")
 
 
+@pytest.mark.parametrize("suffix", [".stl", ".ply"])
+def test_a_signalling_nan_is_refused_without_a_warning(tmp_path, blob, suffix):
+    path = tmp_path / f"m{suffix}"
+    write_mesh(path, replace(blob, vertices=blob.vertices.astype(np.float32)))
+    content = path.read_bytes()
+    first = np.float32(blob.vertices[0, 0]).tobytes()
+    at = content.rindex(first, 90) if suffix == ".stl" else content.index(first, 90)
+    path.write_bytes(content[:at] + b"\x01\x00\xa0\x7f" + content[at + 4 :])
+    with pytest.raises(FileError, match="vertices are not numbers"):
+        read_mesh(path, unit="m")
+
+
 def test_an_ascii_ply_may_have_an_element_without_rows(tmp_path):
     path = tmp_path / "m.ply"
     head = HEAD.format(3) + "property float z\nelement edge 0\nproperty int a\n"
