@@ -6,9 +6,10 @@ import click
 
 from handclean.cli import options
 from handclean.commands.shared.choices import GloveApplying
+from handclean.commands.table import work_of
 from handclean.glove.settings import GloveApplyConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("apply")
@@ -41,4 +42,4 @@ def command(
     """
     batch = options.with_files(batch, calibration=calibration)
     chosen = GloveApplying(apply=settings, tips=tips)
-    return many.run(Work.of("calibrate-glove apply", batch, chosen), batch)
+    return many.run(work_of("calibrate-glove apply", batch, chosen), batch)

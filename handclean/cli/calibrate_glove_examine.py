@@ -4,9 +4,10 @@ import click
 
 from handclean.cli import glove_options, options
 from handclean.commands.shared.choices import GloveExamining
+from handclean.commands.table import work_of
 from handclean.glove.settings import GloveExamineConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("examine")
@@ -37,6 +38,4 @@ def command(
     """
     batch, name = glove_options.with_glove(batch, glove)
     chosen = GloveExamining(examine=settings, glove=name, moved=moved)
-    return many.reduce(
-        Work.of("calibrate-glove examine", batch, chosen), batch, (".toml",)
-    )
+    return many.reduce(work_of("calibrate-glove examine", batch, chosen), batch)

@@ -4,9 +4,10 @@ import click
 
 from handclean.cli import glove_options, options
 from handclean.commands.shared.choices import GloveFitting
+from handclean.commands.table import work_of
 from handclean.glove.settings import GloveFitConfig
 from handclean.runner import many, progress
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("fit")
@@ -30,4 +31,4 @@ def command(batch: Batch, settings: GloveFitConfig) -> int:
     glove_options.expect_h5(batch, "calibrations")
     chosen = GloveFitting(fit=settings, jobs=many.jobs_of(batch))
     with progress.shown(batch.quiet):
-        return many.reduce(Work.of("calibrate-glove fit", batch, chosen), batch)
+        return many.reduce(work_of("calibrate-glove fit", batch, chosen), batch)

@@ -6,8 +6,9 @@ import click
 
 from handclean.cli import glove_options, options
 from handclean.commands.shared.choices import GloveRewearing
+from handclean.commands.table import work_of
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("rewear")
@@ -35,5 +36,5 @@ def command(batch: Batch, calibration: Path | None) -> int:
     glove_options.expect_h5(batch, "calibrations")
     batch = options.with_files(batch, calibration=calibration)
     return many.reduce(
-        Work.of("calibrate-glove rewear", batch, GloveRewearing()), batch
+        work_of("calibrate-glove rewear", batch, GloveRewearing()), batch
     )

@@ -6,9 +6,10 @@ import click
 
 from handclean.cli import completion, glove_options, options
 from handclean.commands.shared.choices import GloveSampling
+from handclean.commands.table import work_of
 from handclean.glove.settings import GloveSampleConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("sample")
@@ -75,4 +76,4 @@ def command(
     chosen = GloveSampling(
         sample=settings, pose=pose, holds=hold, touch=touch, glove=name
     )
-    return many.reduce(Work.of("calibrate-glove sample", batch, chosen), batch)
+    return many.reduce(work_of("calibrate-glove sample", batch, chosen), batch)

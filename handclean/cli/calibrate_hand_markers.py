@@ -4,8 +4,9 @@ import click
 
 from handclean.cli import options
 from handclean.commands.shared.choices import Calibrating
+from handclean.commands.table import work_of
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 from handclean.subject.settings import CalibrateConfig
 
 
@@ -32,4 +33,4 @@ def command(batch: Batch, settings: CalibrateConfig, name: str) -> int:
             --marker-set maycock26 -o S01.h5
     """
     chosen = Calibrating(calibrate=settings, name=name)
-    return many.reduce(Work.of("calibrate-hand markers", batch, chosen), batch)
+    return many.reduce(work_of("calibrate-hand markers", batch, chosen), batch)

@@ -6,8 +6,9 @@ import click
 
 from handclean.cli import options
 from handclean.commands.shared.choices import Scanning
+from handclean.commands.table import work_of
 from handclean.runner import many, progress
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 from handclean.subject.scan.settings import ScanConfig
 
 
@@ -40,4 +41,4 @@ def command(batch: Batch, settings: ScanConfig, marks: Path | None, name: str) -
     chosen = Scanning(scan=settings, name=name)
     given = options.with_files(batch, landmarks=marks)
     with progress.shown(batch.quiet):
-        return many.reduce(Work.of("calibrate-hand scan", given, chosen), given)
+        return many.reduce(work_of("calibrate-hand scan", given, chosen), given)

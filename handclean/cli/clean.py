@@ -6,11 +6,12 @@ import click
 
 from handclean.cli import options
 from handclean.commands.shared.choices import Cleaning
+from handclean.commands.table import work_of
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
 from handclean.labels.settings import LabelConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("clean")
@@ -36,4 +37,4 @@ def command(
     """
     chosen = Cleaning(label=label, fill=fill, solve=solve)
     batch = options.with_files(batch, prior=prior)
-    return many.run(Work.of("clean", batch, chosen), batch)
+    return many.run(work_of("clean", batch, chosen), batch)

@@ -6,9 +6,10 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
+from handclean.commands.table import work_of
 from handclean.report.settings import CompareConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("compare")
@@ -30,4 +31,4 @@ def command(batch: Batch, reference: Path, test: Path, settings: CompareConfig) 
     against it, each sample that no camera saw counts as missed.
     """
     batch = replace(batch, inputs=(reference, test))
-    return many.reduce(Work.of("compare", batch, settings), batch, suffixes=())
+    return many.reduce(work_of("compare", batch, settings), batch)

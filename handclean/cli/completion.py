@@ -15,7 +15,8 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from handclean.io.formats import MESHES, TAKES_WRITTEN
+from handclean.commands.shared.formats import RECORDINGS
+from handclean.io.formats import MESHES
 from handclean.tomlfile import read_toml
 
 VARIABLE = "_HANDCLEAN_COMPLETE"
@@ -90,7 +91,7 @@ marker_sets = shipped("marker_sets")
 joint_maps = shipped("joint_maps")
 gloves = found(_gloves, files=True)
 poses = found(_key_poses, files=True)
-suffixes = words((*TAKES_WRITTEN, *MESHES))
+suffixes = words((*RECORDINGS, *MESHES))
 touching = words(f"thumb,{finger}" for finger in FINGERS)
 
 SETTINGS: dict[str, Complete] = {

@@ -6,9 +6,9 @@ import click
 
 from handclean.cli import completion, options
 from handclean.commands.shared.choices import Converting
-from handclean.io.formats import MESHES, TAKES_WRITTEN
+from handclean.commands.table import work_of
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("convert")
@@ -48,5 +48,4 @@ def command(batch: Batch, joint_map: str | None, unnamed: bool) -> int:
         chosen = Converting(joint_map=joint_map or "", unnamed=unnamed)
     if joint_map and joint_map.endswith(".toml"):
         batch = options.with_files(batch, joint_map=Path(joint_map))
-    suffixes = (*TAKES_WRITTEN, *MESHES)
-    return many.run(Work.of("convert", batch, chosen), batch, suffixes)
+    return many.run(work_of("convert", batch, chosen), batch)

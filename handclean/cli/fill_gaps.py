@@ -6,10 +6,11 @@ import click
 
 from handclean.cli import options
 from handclean.commands.shared.choices import Filling
+from handclean.commands.table import work_of
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("fill-gaps")
@@ -34,4 +35,4 @@ def command(
     """
     chosen = Filling(fill=settings, solve=solve)
     batch = options.with_files(batch, prior=prior)
-    return many.run(Work.of("fill-gaps", batch, chosen), batch)
+    return many.run(work_of("fill-gaps", batch, chosen), batch)

@@ -4,8 +4,9 @@ import click
 
 from handclean.cli import options
 from handclean.commands.shared.choices import Inspecting
+from handclean.commands.table import work_of
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("inspect")
@@ -28,4 +29,4 @@ def command(batch: Batch, verify: bool) -> int:
         handclean inspect --verify take_07.c3d
     """
     chosen = Inspecting(verify=True) if verify else None
-    return many.run(Work.of("inspect", batch, chosen), batch, suffixes=())
+    return many.run(work_of("inspect", batch, chosen), batch)

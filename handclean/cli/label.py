@@ -5,9 +5,10 @@ from pathlib import Path
 import click
 
 from handclean.cli import options
+from handclean.commands.table import work_of
 from handclean.labels.settings import LabelConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("label")
@@ -26,4 +27,4 @@ def command(batch: Batch, settings: LabelConfig, prior: Path | None) -> int:
         handclean label take_07.c3d -o take_07.labels.h5 --subject S01.h5
     """
     batch = options.with_files(batch, prior=prior)
-    return many.run(Work.of("label", batch, settings), batch)
+    return many.run(work_of("label", batch, settings), batch)

@@ -6,8 +6,9 @@ import click
 
 from handclean.cli import options
 from handclean.commands.shared.choices import LearnConfig
+from handclean.commands.table import work_of
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("subspace")
@@ -31,4 +32,4 @@ def command(batch: Batch, settings: LearnConfig, held_out: tuple[Path, ...]) -> 
     """
     numbered = {f"held_out {i}": path for i, path in enumerate(held_out, start=1)}
     batch = options.with_files(batch, **numbered)
-    return many.reduce(Work.of("learn subspace", batch, settings), batch)
+    return many.reduce(work_of("learn subspace", batch, settings), batch)

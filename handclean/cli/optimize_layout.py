@@ -1,18 +1,19 @@
 """``handclean optimize-layout``."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from handclean.cli import completion, options
 from handclean.commands.shared.choices import JudgingLayouts, LayingOut
+from handclean.commands.table import JUDGE_LAYOUTS, work_of
 from handclean.errors import UnknownSettingError, UsageError
 from handclean.ik.settings import SolveConfig
 from handclean.layouts.evaluate_settings import EvaluateConfig
 from handclean.layouts.settings import LayoutConfig
 from handclean.runner import many, progress
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
+from handclean.runner.command import Work
 
 SHEETS = (".pdf", ".svg", ".png")
 
@@ -145,8 +146,8 @@ def command(
     layout = Path(from_set) if from_set.endswith(".toml") else None
     given = options.with_files(batch, from_set=layout, prior=prior, painted=painted)
     with progress.shown(batch.quiet):
-        work = Work.of("optimize-layout", given, chosen)
-        return many.reduce(work, given, (".toml",), beside)
+        work = work_of("optimize-layout", given, chosen)
+        return many.reduce(work, given, beside)
 
 
 def _evaluate(
@@ -166,7 +167,5 @@ def _evaluate(
     )
     numbered = {f"on {n}": path for n, path in enumerate(on, start=1)}
     given = options.with_files(batch, prior=prior, **numbered)
-    work = Work.of("optimize-layout", given, chosen)
-    work = replace(work, step="handclean.commands.evaluate_layout")
     with progress.shown(batch.quiet):
-        return many.reduce(work, given, ())
+        return many.reduce(Work.of(JUDGE_LAYOUTS, given, chosen), given)

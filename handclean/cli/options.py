@@ -17,6 +17,8 @@ from click.core import ParameterSource
 
 from handclean import config
 from handclean.cli import completion, tables
+from handclean.commands.shared.formats import RECORDINGS
+from handclean.commands.shared.take_options import TakeOptions
 from handclean.runner.batch import Batch
 
 _NOT_GIVEN = (ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
@@ -51,7 +53,11 @@ def _output(
     return value
 
 
-def _suffix(context: click.Context, parameter: click.Parameter, value: str) -> str:
+def _suffix(
+    context: click.Context, parameter: click.Parameter, value: str | None
+) -> str | None:
+    if value is None:
+        return None
     return value.lower() if value.startswith(".") else f".{value.lower()}"
 
 
@@ -124,12 +130,10 @@ output = click.option(
 )
 file_format = click.option(
     "--format",
-    default=".h5",
-    show_default=True,
     metavar="SUFFIX",
     callback=_suffix,
     shell_complete=completion.suffixes,
-    help="Format of the files in a folder.",
+    help=f"Format of the files in a folder.  [default: {RECORDINGS[0]}]",
 )
 overwrite = click.option(
     "--overwrite",
@@ -238,16 +242,17 @@ TELLING = (require, as_json, quiet, verbose, config_path)
 def batch(*groups: Sequence[Decorator]) -> Decorator:
     """Add groups of options; the command receives them as one ``batch``."""
     own = {field.name for field in fields(Batch)}
+    of_takes = {field.name for field in fields(TakeOptions)}
 
     def decorate(function: Function) -> Function:
         @functools.wraps(function)
         def wrapper(**given: Any) -> Any:
             values = {name: given.pop(name) for name in own & given.keys()}
+            told = {name: given.pop(name) for name in of_takes & given.keys()}
             values["config"] = click.get_current_context().meta.get(CONFIG)
-            given_values = {
-                k: v for k, v in values.items() if v is not None or k == "seed"
-            }
-            return function(batch=Batch(**given_values), **given)
+            values = {k: v for k, v in values.items() if v is not None or k == "seed"}
+            takes = TakeOptions(**{k: v for k, v in told.items() if v is not None})
+            return function(batch=Batch(given=takes, **values), **given)
 
         return _add(wrapper, [option for group in groups for option in group])
 

@@ -8,9 +8,10 @@ import click
 
 from handclean.cli import completion, options
 from handclean.commands.shared.choices import Simulating
+from handclean.commands.table import work_of
 from handclean.errors import UsageError
 from handclean.runner import manifest, many, places
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 from handclean.simulation.scenarios import Scenario, find_scenario
 from handclean.simulation.settings import SCENARIOS, SimulateConfig
 
@@ -52,8 +53,8 @@ def command(batch: Batch, scenario: Scenario, settings: SimulateConfig) -> int:
     if batch.output is None:
         raise UsageError("-o: is missing; it should name a folder")
     chosen = Simulating(scenario=scenario.name, kind=scenario.kind, simulate=settings)
-    work = replace(Work.of("simulate", batch, chosen), seed=settings.seed)
-    steps = import_module(work.module)  # late, so that help is instant
+    work = replace(work_of("simulate", batch, chosen), seed=settings.seed)
+    steps = import_module(work.command.step)  # late, so that help is instant
     tasks = steps.tasks(chosen, Path(batch.output))
-    places.expect_apart(tasks, batch.reads)
+    places.expect_apart(tasks, work.command.records, batch.reads)
     return many.run_tasks(work, batch, manifest.shard(tasks, batch.shard), ())

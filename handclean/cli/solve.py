@@ -6,9 +6,10 @@ import click
 
 from handclean.cli import options
 from handclean.commands.shared.choices import Solving
+from handclean.commands.table import work_of
 from handclean.ik.settings import SolveConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
 
 
 @click.command("solve")
@@ -40,4 +41,4 @@ def command(
     """
     chosen = Solving(solve=settings, standard=standard)
     batch = options.with_files(batch, prior=prior)
-    return many.run(Work.of("solve", batch, chosen), batch)
+    return many.run(work_of("solve", batch, chosen), batch)

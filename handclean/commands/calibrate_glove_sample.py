@@ -10,6 +10,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.commands.shared import glove_files, sessions
 from handclean.commands.shared.choices import GloveSampling
+from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, HandcleanError, Place, UsageError
 from handclean.glove import claims, touch
 from handclean.glove import readings as checks
@@ -315,12 +316,13 @@ def _markers(one: _Recording, settings: GloveSampling, glove: Glove) -> Floats:
     }
     if not motions:
         raise FileError(path, "has no joint angles", "'handclean solve' adds them")
-    if len(motions) > 1 and source.side not in motions:
+    side = options_of(source).side
+    if len(motions) > 1 and side not in motions:
         raise UsageError(
             f"has {' and '.join(motions)}; --side should choose",
             where=Place(path, option="--markers"),
         )
-    motion = motions.get(source.side) or next(iter(motions.values()))
+    motion = motions.get(side) or next(iter(motions.values()))
     angles = motion.angles.copy()
     if motion.trusted is not None:
         angles[~motion.trusted] = np.nan

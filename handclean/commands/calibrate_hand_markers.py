@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from handclean.api import names
-from handclean.commands.shared import sessions
+from handclean.commands.shared import needs, sessions
 from handclean.commands.shared.choices import Calibrating
+from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import Subject
 from handclean.io.hdf5.subject import read_subject, write_subject
-from handclean.runner import needs
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 from handclean.subject.calibrate import calibrate
@@ -47,8 +47,9 @@ def calibrate_hand_markers(
     sources: tuple[Source, ...], settings: Calibrating
 ) -> Outcome:
     """Find bone lengths, joint places, axes and marker places of one hand."""
-    sets = {source.marker_set for source in sources}
-    sides = {source.side for source in sources}
+    given = [options_of(source) for source in sources]
+    sets = {take.marker_set for take in given}
+    sides = {take.side for take in given}
     if sets == {""}:
         raise needs.no_marker_set()
     if len(sets) > 1 or len(sides) > 1:
@@ -136,13 +137,14 @@ def with_files(words: str, sources: Sequence[Source]) -> str:
 
 def _scanned(sources: tuple[Source, ...]) -> Subject | None:
     """Read the scanned hand that the takes are of, if one is named."""
-    paths = {path for source in sources for path in source.subjects}
+    told = [options_of(source) for source in sources]
+    paths = {path for take in told for path in take.subjects}
     if not paths:
         return None
     if len(paths) > 1:
         raise UsageError("--subject: is one hand, from 'calibrate-hand scan'")
     subject = read_subject(paths.pop())
-    sides = {source.side for source in sources} - {"", subject.model.tree.side}
+    sides = {take.side for take in told} - {"", subject.model.tree.side}
     if sides:
         raise UsageError(
             f"--side {sides.pop()}: the scan is of a {subject.model.tree.side} hand"

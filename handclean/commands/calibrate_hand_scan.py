@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from handclean.commands.shared.choices import Scanning
+from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
 from handclean.io.hdf5.subject import write_subject
 from handclean.io.landmarks import read_landmarks
@@ -47,14 +48,14 @@ def calibrate_hand_scan(sources: tuple[Source, ...], settings: Scanning) -> Outc
             "such as thumb_tip, index_tip, index_knuckle in the scan"
         )
     progress.tell(f"reading {source.path.name}")
-    mesh = read_mesh(source.path, unit=source.unit)
+    mesh = read_mesh(source.path, unit=options_of(source).unit)
     marks = read_landmarks(given, mesh.unit)
     try:
         fitted = fit_scan(
             Scan(points=mesh.vertices, normals=mesh.normals, colors=mesh.colors),
             marks,
             settings.scan,
-            side=source.side or "right",
+            side=options_of(source).side or "right",
             name=settings.name,
             progress=progress.tell,
         )

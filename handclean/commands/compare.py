@@ -1,9 +1,9 @@
 """How far one take is from another, or one subject."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from handclean.commands.shared import sessions, shapes
+from handclean.commands.shared.take_options import options_of, with_options
 from handclean.errors import UsageError
 from handclean.io.hdf5.subject import read_subject
 from handclean.recording import Recording
@@ -101,11 +101,12 @@ def _read(sources: tuple[Source, ...]) -> list[Recording]:
                 continue
             told.append(one)
             break
-    if all(one.rate_hz is None for one in told):
+    if all(options_of(one).rate_hz is None for one in told):
         _expect_agreement(sources, told)
-    if sources[0].unit is not None and all(one.unit is None for one in told):
+    unit = options_of(sources[0]).unit
+    if unit is not None and all(options_of(one).unit is None for one in told):
         again = [
-            sessions.read(replace(one, unit=source.unit))
+            sessions.read(with_options(one, unit=options_of(source).unit))
             for source, one in zip(sources, told, strict=True)
         ]
         if all(map(sessions.is_overruled, again)):
@@ -116,10 +117,11 @@ def _read(sources: tuple[Source, ...]) -> list[Recording]:
 
 def _told(source: Source, names: tuple[str, ...]) -> Source:
     """Return a source of which no more is told than this."""
-    return replace(
+    told = options_of(source)
+    return with_options(
         source,
-        rate_hz=source.rate_hz if "rate_hz" in names else None,
-        unit=source.unit if "unit" in names else None,
+        rate_hz=told.rate_hz if "rate_hz" in names else None,
+        unit=told.unit if "unit" in names else None,
     )
 
 
@@ -131,12 +133,12 @@ def _expect_agreement(sources: tuple[Source, ...], told: list[Source]) -> None:
     UsageError
         If it contradicts them all.
     """
-    if sources[0].rate_hz is None:
+    if options_of(sources[0]).rate_hz is None:
         return
     wrong: UsageError | None = None
     for source, one in zip(sources, told, strict=True):
         try:
-            sessions.read(replace(one, rate_hz=source.rate_hz))
+            sessions.read(with_options(one, rate_hz=options_of(source).rate_hz))
         except UsageError as error:
             wrong = wrong or error
         else:

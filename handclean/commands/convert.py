@@ -2,6 +2,7 @@
 
 from handclean.commands.shared import sessions, shapes, skins
 from handclean.commands.shared.choices import Converting
+from handclean.commands.shared.take_options import options_of
 from handclean.io.keeps import kept
 from handclean.io.oddities import wrong_size
 from handclean.recording import Recording
@@ -38,7 +39,7 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
     figures = contents(kept(recording, source.target, unnamed=unnamed))
     surfaces = None
     odd: tuple[str, ...] = ()
-    if source.target == ".glb" and source.subjects:
+    if source.target == ".glb" and options_of(source).subjects:
         surfaces, odd = skins.worn(source, recording)
     return sessions.outcome(
         recording,

@@ -9,6 +9,7 @@ import numpy as np
 from handclean.commands.shared import hands, motions
 from handclean.commands.shared.choices import JudgingLayouts
 from handclean.commands.shared.layout_hand import wearer
+from handclean.commands.shared.take_options import TakeOptions, options_of
 from handclean.errors import UsageError
 from handclean.hand.marker_set import load_marker_set
 from handclean.layouts.evaluate import Errors, evaluate
@@ -36,12 +37,12 @@ def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Ou
     odd: list[str] = []
     given = [path for role, path in sources[0].files.items() if role.startswith("on ")]
     progress.tell("reading motion")
+    told = options_of(sources[0])
+    said = TakeOptions(rate_hz=told.rate_hz, unit=told.unit)
     taken = [
         motion
         for path in given
-        for motion in motions.read(
-            Source(path=path, rate_hz=sources[0].rate_hz, unit=sources[0].unit), odd
-        )
+        for motion in motions.read(Source(path=path, given=said), odd)
     ]
     sets = {source.name: load_marker_set(source.path) for source in sources}
     for name, markers in sets.items():

@@ -5,6 +5,7 @@ from importlib import import_module
 from typing import Any
 
 from handclean.commands.shared.choices import Inspecting
+from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
 from handclean.io import files
 from handclean.io.c3d.verify import Verdict, verify_c3d
@@ -104,11 +105,12 @@ def inspect(source: Source, settings: Inspecting | None) -> Outcome:
         If a file that is to be compared is no C3D.
     """
     verdict = _verified(source) if settings is not None and settings.verify else None
+    told = options_of(source)
     about = files.inspect(
         source.path,
-        rate_hz=source.rate_hz,
-        unit=source.unit,
-        believe_coordinates=source.believe_coordinates,
+        rate_hz=told.rate_hz,
+        unit=told.unit,
+        believe_coordinates=told.believe_coordinates,
     )
     glove = None
     if about["format"] in _OF_GLOVES:  # late, as it takes half a second

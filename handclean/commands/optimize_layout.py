@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.commands.shared import hands, motions
+from handclean.commands.shared import hands, motions, needs
 from handclean.commands.shared.choices import LayingOut
 from handclean.commands.shared.layout_hand import Wearer, wearer
+from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, UnknownSettingError, UsageError
 from handclean.hand.marker_set import MarkerSet, load_marker_set, shipped
 from handclean.hand.model import Model
@@ -24,7 +25,7 @@ from handclean.layouts.optimize import Layout, optimize
 from handclean.layouts.problem import Problem, make_problem, on_bones, subspace_of
 from handclean.report.beads import with_beads
 from handclean.report.placement_sheet import write_sheet
-from handclean.runner import needs, progress
+from handclean.runner import progress
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 from handclean.tree import MIRROR, JointTree
@@ -116,7 +117,7 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
 
 def _doubts(found: Layout, settings: LayingOut) -> tuple[str, ...]:
     """Say what nobody could use of a layout."""
-    told, count, least = [], len(found.chosen), needs.LEAST["label"]
+    told, count, least = [], len(found.chosen), needs.LABELLED
     if count < least:
         told.append(
             f"{count} markers can be solved but not labelled: 'label' and 'clean' need "
@@ -202,7 +203,7 @@ def _unpainted(source: Source, surface: Surface) -> Bools | None:
     path = source.files.get("painted")
     if path is None:
         return None
-    mesh = read_mesh(path, unit=source.unit)
+    mesh = read_mesh(path, unit=options_of(source).unit)
     if mesh.colors is None:
         raise FileError(path, "has no colors", "paint its vertices")
     if len(mesh.vertices) != len(surface.vertices):

@@ -1,13 +1,67 @@
 """What a command was asked to do, in types that import nothing heavy.
 
 A command line becomes a `Batch`; a batch and a manifest become a list of `Task`; a
-worker turns a task and a `Work` (the same for all tasks) into a `Report`.
+worker turns a task into a `Report`.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, Self
+
+
+class Given(Protocol):
+    """What is said of an input that only the steps understand; never changed."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns that a manifest may have for it; each is an option's name, too."""
+        ...
+
+    def with_cells(self, cells: Mapping[str, str], at: str) -> Self:
+        """Return it with what a line of a manifest says instead.
+
+        Parameters
+        ----------
+        cells : by column; those that are empty are left out.
+        at : where the line stands.
+
+        Raises
+        ------
+        UsageError
+            If a cell says what cannot be.
+        """
+        ...
+
+    def files(self) -> Mapping[str, Path]:
+        """Files that it makes a step read, by role: "subject 1", "subject 2"."""
+        ...
+
+    def record(self) -> Mapping[str, Any]:
+        """What else of it decides what comes out; None or "" where nothing is said."""
+        ...
+
+
+@dataclass(frozen=True)
+class NothingGiven:
+    """Nothing is said of an input."""
+
+    columns: tuple[str, ...] = ()
+
+    def with_cells(self, cells: Mapping[str, str], at: str) -> Self:
+        """Return it as it is, as there are no columns."""
+        return self
+
+    def files(self) -> Mapping[str, Path]:
+        """Return no files."""
+        return {}
+
+    def record(self) -> Mapping[str, Any]:
+        """Return nothing."""
+        return {}
+
+
+NOTHING_GIVEN = NothingGiven()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,11 +72,9 @@ class Batch:
     ----------
     inputs : files named on the command line, in that order.
     manifest : a file that names more of them, "-" for stdin, or None.
-    output, format : where to, and the suffix of files in a folder.
-    subjects, marker_set, side : whose hands, with what markers, which of them.
-    rate_hz, unit : for files that do not say; [Hz], one of mm, cm, m.
-    lenient : save what can be saved of a damaged file.
-    believe_coordinates : of a C3D that marks every point as missing.
+    output, format : where to, and the suffix of files in a folder; by default that of
+        the command.
+    given : what is said of all inputs that only the steps understand.
     files : further files the step reads, by what they are ("calibration").
     config : the file of settings, or None.
     jobs : worker processes, None for as many as Slurm grants, else one.
@@ -38,14 +90,8 @@ class Batch:
     inputs: tuple[Path, ...] = ()
     manifest: str | None = None
     output: str | None = None
-    format: str = ".h5"
-    subjects: tuple[Path, ...] = ()
-    marker_set: str = ""
-    side: str = ""
-    rate_hz: float | None = None
-    unit: str | None = None
-    lenient: bool = False
-    believe_coordinates: bool = False
+    format: str = ""
+    given: Given = NOTHING_GIVEN
     files: Mapping[str, Path] = field(default_factory=dict)
     config: Path | None = None
     jobs: int | None = None
@@ -73,6 +119,7 @@ class Source:
     Attributes
     ----------
     path : the file; or, with ``is_file`` false, the name of something built in.
+    given : what is said of it that only the step understands.
     number : which one of those that are made from it, or None.
     sha256 : digest of its bytes where that has been taken, else "".
     target : suffix of the first output, "" while that is not known.
@@ -82,13 +129,7 @@ class Source:
     path: Path
     is_file: bool = True
     number: int | None = None
-    subjects: tuple[Path, ...] = ()
-    marker_set: str = ""
-    side: str = ""
-    rate_hz: float | None = None
-    unit: str | None = None
-    lenient: bool = False
-    believe_coordinates: bool = False
+    given: Given = NOTHING_GIVEN
     files: Mapping[str, Path] = field(default_factory=dict)
     seed: int = 0
     sha256: str = ""
@@ -101,47 +142,10 @@ class Source:
         return str(self.path) + ("" if self.number is None else f" {self.number}")
 
     @property
-    def marker_set_file(self) -> Path | None:
-        """The marker set as a file, or None when it is the name of a shipped one."""
-        path = Path(self.marker_set)
-        return path if path.suffix == ".toml" else None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Work:
-    """What is the same for all inputs.
-
-    Attributes
-    ----------
-    command : as it is typed, "fill-gaps" or "calibrate-hand markers".
-    settings : a frozen dataclass, or None.
-    seed, overwrite, quiet : as in `Batch`.
-    step : module of the step; by default that of the command.
-    """
-
-    command: str
-    settings: Any = None
-    seed: int | None = 0
-    overwrite: bool = False
-    quiet: bool = False
-    step: str = ""
-
-    @classmethod
-    def of(cls, command: str, batch: Batch, settings: Any = None) -> "Work":
-        """Make the work of a command."""
-        return cls(
-            command=command,
-            settings=settings,
-            seed=batch.seed,
-            overwrite=batch.overwrite,
-            quiet=batch.quiet,
-        )
-
-    @property
-    def module(self) -> str:
-        """Module that holds the step, a function of the module's own name."""
-        name = self.command.replace(" ", "_").replace("-", "_")
-        return self.step or f"handclean.commands.{name}"
+    def reads(self) -> dict[str, Path]:
+        """Files that it makes its step read, by their role."""
+        own = {"input": self.path} if self.is_file else {}
+        return own | dict(self.given.files()) | dict(self.files)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ import glob
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -13,7 +13,6 @@ from typing import Any
 import threadpoolctl
 
 from handclean.errors import TAKE, FileError, HandcleanError, TakeNumber
-from handclean.io.hdf5 import walker
 from handclean.remarks import texts
 from handclean.runner import (
     conditions,
@@ -21,15 +20,15 @@ from handclean.runner import (
     noted,
     outputs,
     provenance,
+    records,
     terminal,
 )
-from handclean.runner.batch import Report, Source, Task, Work
-from handclean.runner.needs import SUBJECT
+from handclean.runner.batch import Report, Source, Task
+from handclean.runner.command import Work
 from handclean.runner.notice import Notice, silent, watching
 from handclean.runner.outcome import Outcome
-from handclean.runner.outputs import Kept, State
-from handclean.runner.places import files_of, written_by
-from handclean.runner.plan import RECORDINGS
+from handclean.runner.outputs import State
+from handclean.runner.places import written_by
 
 Step = Callable[[Any, Any], Outcome]
 
@@ -54,7 +53,7 @@ def _attempt(work: Work, task: Task, notice: Notice) -> Report:
     try:
         report = _do(work, task, notice)
     except HandcleanError as error:
-        report = _failed(_placed(task, error), exit_status=error.exit_status)
+        report = _failed(_placed(work, task, error), exit_status=error.exit_status)
     except MemoryError:
         report = _failed(f"{where}: there is not enough memory for it")
     except OSError as error:
@@ -70,11 +69,11 @@ def _attempt(work: Work, task: Task, notice: Notice) -> Report:
 
 def figures_of(work: Work) -> dict[str, str]:
     """Names and meanings of the figures a step reports."""
-    figures: dict[str, str] = import_module(work.module).FIGURES
+    figures: dict[str, str] = import_module(work.command.step).FIGURES
     return figures
 
 
-def _placed(task: Task, error: HandcleanError) -> str:
+def _placed(work: Work, task: Task, error: HandcleanError) -> str:
     """Let an error that names no file of the task begin with its input.
 
     What is wrong with another file that a line of a manifest gives, or with what that
@@ -85,19 +84,20 @@ def _placed(task: Task, error: HandcleanError) -> str:
         return str(error.at(where))
     if isinstance(error.where, TakeNumber):
         return str(error.at(task.sources[error.where.number].name))
-    if file in (*_inputs(task), *written_by([task])):
+    if file in (*_inputs(task), *written_by([task], work.command.records)):
         return str(error)
     for source in task.sources:
-        given = file in files_of(source).values()
-        if source.at and (given or error.where == SUBJECT):
+        given = file in source.reads.values()
+        if source.at and (given or error.where in _options_of(source)):
             return f"{source.name}: {error} ({source.at})"
         if given:
             return str(error)
     return f"{where}: {error}"
 
 
-def _files(task: Task) -> list[Path]:
-    return [path for source in task.sources for path in files_of(source).values()]
+def _options_of(source: Source) -> list[str]:
+    """Options in whose place a manifest may have a column."""
+    return [f"--{column.replace('_', '-')}" for column in source.given.columns]
 
 
 def _inputs(task: Task) -> list[Path]:
@@ -111,23 +111,20 @@ def _failed(error: str, **parts: Any) -> Report:
 
 def _do(work: Work, task: Task, notice: Notice) -> Report:
     for path in (s.path for s in task.sources if s.is_file):
-        _expect_file(path)
+        _expect_file(path, work.command.formats.usual)
     if not task.outputs:
         outcome = _outcome(work, task, notice)
         return _done(provenance.plain(outcome.figures), outcome)
     digests = {
-        path: provenance.digest(path)
+        path: records.digest(path)
         for source in task.sources
-        for path in files_of(source).values()
+        for path in source.reads.values()
     }
     begun = provenance.entry(work, task, digests)
-    kept = Kept(digests)
-    states = {
-        path: outputs.state(path, begun, work.overwrite, kept) for path in task.outputs
-    }
+    states = {path: outputs.state(path, begun, work, digests) for path in task.outputs}
     if set(states.values()) == {State.SAME}:
         outputs.touch(task)
-        made = provenance.of(task.outputs[0])[-1]
+        made = work.command.records.of(task.outputs[0])[-1]
         return Report(
             status="skipped",
             line=made.get("line", ""),
@@ -141,12 +138,16 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
     )
     outcome = _outcome(work, replace(task, sources=sources), notice)
     entry = provenance.finished(begun, outcome)
-    lost, stood = outputs.write(task, outcome, entry, states)
+    lost, stood = outputs.write(task, outcome, entry, work.command, states)
     return _done(entry["figures"], outcome, (*lost, *stood))
 
 
-def _expect_file(path: Path) -> None:
+def _expect_file(path: Path, usual: Sequence[str]) -> None:
     """Expect no folder and no pattern where a file should be named.
+
+    Parameters
+    ----------
+    usual : suffixes of inputs, the most usual one first.
 
     Raises
     ------
@@ -154,8 +155,8 @@ def _expect_file(path: Path) -> None:
         If it is one.
     """
     if path.is_dir():
-        some = Counter(p.suffix for p in path.iterdir() if p.suffix in RECORDINGS)
-        suffix = min(some, key=lambda s: (-some[s], s), default=".c3d")
+        some = Counter(p.suffix for p in path.iterdir() if p.suffix in usual)
+        suffix = min(some, key=lambda s: (-some[s], s), default=usual[0])
         right = f"give its files, such as {path / '*'}{suffix}"
         raise FileError(path, "is a folder", right)
     if glob.has_magic(str(path)) and not path.exists():
@@ -180,24 +181,17 @@ def _done(
 
 
 def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
-    lenient = any(source.lenient for source in task.sources)
-    if any(path.suffix.lower() == ".h5" for path in _files(task)):
-        walker.start()  # it gets ready while the step is imported
-    module = import_module(work.module)
-    from handclean.io.hdf5 import seal  # late, so that help is instant
-
-    step: Step = getattr(module, work.module.rsplit(".", 1)[-1])
-    with (
-        threadpoolctl.threadpool_limits(1),
-        watching(notice),
-        seal.tolerated(lenient) as broken,
-    ):
+    command = work.command
+    with command.formats.reading(task.sources) as broken:
+        module = import_module(command.step)
+        step: Step = getattr(module, command.step.rsplit(".", 1)[-1])
         given: Source | tuple[Source, ...]
         given = task.sources if task.reduces else task.sources[0]
-        try:
-            outcome = step(given, work.settings)
-        finally:
-            noted.note(None, texts(broken))
+        with threadpoolctl.threadpool_limits(1), watching(notice):
+            try:
+                outcome = step(given, work.settings)
+            finally:
+                noted.note(None, texts(broken))
     outcome = replace(outcome, warnings=(*texts(broken), *outcome.warnings))
     unknown = [n for n in outcome.figures if not conditions.is_known(n, module.FIGURES)]
     assert not unknown, f"figures without a meaning: {unknown}"

@@ -14,9 +14,10 @@ from handclean.runner import manifest, outputs, plan, staging
 from handclean.runner.batch import Batch, Task
 from handclean.runner.manifest import Line
 from handclean.runner.places import expect_unused, identity
+from handclean.runner.records import Records
 
 
-def expect_free(batch: Batch, tasks: Sequence[Task]) -> None:
+def expect_free(batch: Batch, tasks: Sequence[Task], records: Records) -> None:
     """Expect a place for the list, before anything is done.
 
     Raises
@@ -31,9 +32,9 @@ def expect_free(batch: Batch, tasks: Sequence[Task]) -> None:
     there = path.absolute() if path.exists() else path.absolute().parent
     if path.is_dir() or not there.exists() or not os.access(there, os.W_OK):
         raise UsageError("cannot be written; --failed should name a file", where=path)
-    older = _is_list(path)
+    older = _is_list(path, batch)
     read = [other for other in batch.reads if not (older and _is(path, other))]
-    expect_unused(path, tasks, read)
+    expect_unused(path, tasks, records, read)
     if path.exists() and not (older or batch.overwrite):
         raise UsageError(
             "is there already and no list of failed inputs; --failed should name "
@@ -55,13 +56,14 @@ def write(
     if path is None:
         return "", ""
     placed = plan.failed_lines(tasks, lines)
-    text = manifest.to_csv(line for i, line in enumerate(placed) if i in unfinished)
+    listed = (line for i, line in enumerate(placed) if i in unfinished)
+    text = manifest.to_csv(listed, batch.given.columns)
     place = Path(os.path.realpath(path))
     temporary = staging.temporary(place, staging.token(), 0)
     try:
         temporary.write_bytes(os.fsencode(text))
         kept = ""
-        if path.exists() and not _is_list(path):
+        if path.exists() and not _is_list(path, batch):
             kept = f"--failed: {outputs.keep(place, path)}"
         os.replace(temporary, place)
     except OSError as error:
@@ -72,9 +74,9 @@ def write(
     return "", kept
 
 
-def _is_list(path: Path) -> bool:
+def _is_list(path: Path, batch: Batch) -> bool:
     """Whether a file is an older list, or empty."""
-    header = (",".join(manifest.COLUMNS) + "\n").encode()
+    header = manifest.to_csv((), batch.given.columns).encode()
     try:
         with path.open("rb") as file:
             return file.read(len(header)) in (b"", header)

@@ -1,9 +1,8 @@
 """Lists of inputs: manifests, shards, and the failed ones as a new manifest.
 
-A manifest is CSV whose header names ``input`` and, as needed, ``output``,
-``subject``, ``marker_set`` and ``side``; or plain lines, each a path. Several subjects
-(one per hand) stand in one cell with ``;`` between them. Relative paths are relative
-to the folder the command runs in, like paths on the command line.
+A manifest is CSV whose header names ``input`` and, as needed, ``output`` and what else
+may be given of an input; or plain lines, each a path. Relative paths are relative to
+the folder the command runs in, like paths on the command line.
 """
 
 import csv
@@ -11,7 +10,7 @@ import io
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -22,8 +21,8 @@ from handclean.runner import interrupts
 
 T = TypeVar("T")
 
-COLUMNS = ("input", "output", "subject", "marker_set", "side")
-SIDES = ("left", "right", "both")
+COLUMNS = ("input", "output")
+"""Columns of every manifest; those of what is given of an input come after them."""
 
 MISSPELT = 0.75
 """Share of a column's name that has to be right for it to be meant."""
@@ -42,21 +41,27 @@ _CHUNK = 1 << 20
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One input and what its line says about it; None or empty where it is silent.
+    """One input and what its line says about it.
 
-    ``at`` is where it stands: "takes.csv, line 3", "" on the command line.
+    Attributes
+    ----------
+    output : where to, "" where the line is silent.
+    cells : what it says in other columns; without those that are empty.
+    at : where it stands: "takes.csv, line 3", "" on the command line.
     """
 
     input: Path
     output: str = ""
-    subjects: tuple[Path, ...] = ()
-    marker_set: str = ""
-    side: str = ""
+    cells: Mapping[str, str] = field(default_factory=dict)
     at: str = field(default="", compare=False)
 
 
-def read(name: str) -> tuple[Line, ...]:
+def read(name: str, more: Sequence[str] = ()) -> tuple[Line, ...]:
     """Read a manifest from a file, or from stdin when its name is "-".
+
+    Parameters
+    ----------
+    more : columns it may have beside `COLUMNS`.
 
     Raises
     ------
@@ -74,26 +79,27 @@ def read(name: str) -> tuple[Line, ...]:
     if re.match(r'"?input"?\s*[;\t]', first):
         raise UsageError("columns should be separated by commas", where=where)
     header = [cell.strip() for row in _rows(where, csv.reader([first])) for cell in row]
+    columns = (*COLUMNS, *more)
     if "input" in header:
-        return tuple(_table(where, text, header))
-    _expect_no_header(where, header)
+        return tuple(_table(where, text, header, columns))
+    _expect_no_header(where, header, columns)
     lines = (line.removesuffix("\r") for line in text.split("\n"))
     return tuple(Line(input=Path(line)) for line in lines if line.strip())
 
 
-def _expect_no_header(where: str, cells: list[str]) -> None:
+def _expect_no_header(where: str, cells: list[str], columns: Sequence[str]) -> None:
     """Expect that a first line is a path, not a header without ``input``."""
-    if len(cells) < 2 or not any(map(_like_a_column, cells)):
+    if len(cells) < 2 or not any(_like_a_column(cell, columns) for cell in cells):
         return
     for cell in cells:
-        if cell not in COLUMNS:
-            raise UnknownSettingError(where, "column", cell, COLUMNS)
+        if cell not in columns:
+            raise UnknownSettingError(where, "column", cell, columns)
     raise UsageError("has no column 'input'; its header should name one", where=where)
 
 
-def _like_a_column(cell: str) -> bool:
+def _like_a_column(cell: str, columns: Sequence[str]) -> bool:
     """Whether a cell is the name of a column, perhaps misspelt."""
-    return bool(get_close_matches(cell.casefold(), COLUMNS, n=1, cutoff=MISSPELT))
+    return bool(get_close_matches(cell.casefold(), columns, n=1, cutoff=MISSPELT))
 
 
 def _text(name: str, where: str) -> str:
@@ -144,10 +150,12 @@ def _expect_few(where: str, size: int, lines: int) -> None:
         )
 
 
-def _table(where: str, text: str, header: list[str]) -> Iterable[Line]:
+def _table(
+    where: str, text: str, header: list[str], columns: Sequence[str]
+) -> Iterable[Line]:
     for name in header:
-        if name not in COLUMNS:
-            raise UnknownSettingError(where, "column", name, COLUMNS)
+        if name not in columns:
+            raise UnknownSettingError(where, "column", name, columns)
     if len(set(header)) != len(header):
         raise UsageError("every column should appear once", where=where)
     rows = csv.reader(io.StringIO(text, newline=""))
@@ -177,18 +185,10 @@ def _rows(where: str, rows: Iterator[list[str]]) -> Iterator[list[str]]:
 def _line(where: str, cells: dict[str, str]) -> Line:
     if not cells["input"]:
         raise UsageError("should name an input", where=where)
-    side = cells.get("side", "")
-    if side and side not in SIDES:
-        raise UsageError(
-            f"side should be left, right or both, not '{side}'", where=where
-        )
-    subjects = cells.get("subject", "").split(";")
     return Line(
         input=Path(cells["input"]),
         output=cells.get("output", ""),
-        subjects=tuple(Path(name) for name in subjects if name),
-        marker_set=cells.get("marker_set", ""),
-        side=side,
+        cells={k: text for k, text in cells.items() if text and k not in COLUMNS},
         at=where,
     )
 
@@ -210,12 +210,12 @@ def shard(items: Sequence[T], which: str) -> Sequence[T]:
     return items[part - 1 :: parts]
 
 
-def to_csv(lines: Iterable[Line]) -> str:
-    """Write lines as a manifest."""
+def to_csv(lines: Iterable[Line], more: Sequence[str] = ()) -> str:
+    """Write lines as a manifest; ``more`` are its columns beside `COLUMNS`."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    writer.writerow((*COLUMNS, *more))
     for line in lines:
-        subjects = ";".join(map(str, line.subjects))
-        writer.writerow((line.input, line.output, subjects, line.marker_set, line.side))
+        cells = (line.cells.get(column, "") for column in more)
+        writer.writerow((line.input, line.output, *cells))
     return out.getvalue()

@@ -3,9 +3,8 @@
 import os
 import sys
 import threading
-from collections.abc import Callable, Collection, Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing, redirect_stdout
-from importlib import import_module
 from pathlib import Path
 
 from handclean.errors import UsageError
@@ -15,12 +14,12 @@ from handclean.runner import (
 from handclean.runner import (
     failed,
     manifest,
-    needs,
     plan,
     staging,
     terminal,
 )
-from handclean.runner.batch import Batch, Report, Task, Work
+from handclean.runner.batch import Batch, Report, Task
+from handclean.runner.command import Work
 from handclean.runner.conditions import Condition
 from handclean.runner.console import Console
 from handclean.runner.execute import execute, figures_of
@@ -35,14 +34,13 @@ DIFFERENT = 1
 """Exit statuses beside 0."""
 
 
-def run(work: Work, batch: Batch, suffixes: Collection[str] = plan.RECORDINGS) -> int:
+def run(work: Work, batch: Batch) -> int:
     """Run a step once for every input; return the exit status.
 
     Parameters
     ----------
     work : what to do.
     batch : with what.
-    suffixes : what outputs may end in; empty when the step writes none.
 
     Raises
     ------
@@ -50,18 +48,13 @@ def run(work: Work, batch: Batch, suffixes: Collection[str] = plan.RECORDINGS) -
         If something is wrong with the request as a whole; then nothing is done.
     """
     lines = plan.lines_of(batch)
-    tasks = plan.mapping(batch, lines, suffixes)
-    _check_hands(work, batch, tasks)
+    tasks = plan.mapping(batch, lines, work.command)
+    work.command.expect_right(batch, tasks)
     lines = tuple(manifest.shard(lines, batch.shard))
     return run_tasks(work, batch, manifest.shard(tasks, batch.shard), lines)
 
 
-def reduce(
-    work: Work,
-    batch: Batch,
-    suffixes: Collection[str] = (".h5",),
-    beside: Sequence[Path] = (),
-) -> int:
+def reduce(work: Work, batch: Batch, beside: Sequence[Path] = ()) -> int:
     """Run a step once over all inputs together; return the exit status.
 
     Parameters and errors are those of `run`.
@@ -70,8 +63,8 @@ def reduce(
     ----------
     beside : further outputs.
     """
-    task = plan.reducing(batch, plan.lines_of(batch), suffixes, beside)
-    _check_hands(work, batch, [task])
+    task = plan.reducing(batch, plan.lines_of(batch), work.command, beside)
+    work.command.expect_right(batch, [task])
     return run_tasks(work, batch, [task], ())
 
 
@@ -83,7 +76,7 @@ def run_tasks(
         sys.stderr.write(terminal.line(_nothing(batch)) + "\n")
     known = figures_of(work) if batch.require else {}
     conditions = [require.parse(text, known) for text in batch.require]
-    failed.expect_free(batch, tasks)
+    failed.expect_free(batch, tasks, work.command.records)
     staging.remove_dead(path for task in tasks for path in task.outputs)
     console = Console(batch, len(tasks))
     reports: dict[int, Report] = {}
@@ -116,18 +109,6 @@ def _nothing(batch: Batch) -> str:
     if batch.shard:
         return f"{where}: none is left for shard {batch.shard}"
     return f"{where}: the manifest lists no takes"
-
-
-def _check_hands(work: Work, batch: Batch, tasks: Sequence[Task]) -> None:
-    """Find what is wrong with subjects, marker set and prior before the first input."""
-    if batch.subjects or batch.marker_set or "prior" in batch.files:
-        hands = import_module("handclean.commands.shared.hands")  # late: it is heavy
-        hands.check(
-            batch,
-            marked=work.command in needs.HAND,
-            least=needs.LEAST.get(work.command, 1),
-        )
-    needs.expect(work, tasks)
 
 
 def _unmet(conditions: Sequence[Condition], report: Report) -> list[str]:
@@ -175,7 +156,7 @@ def _here(
     work: Work, tasks: Sequence[Task], jobs: int, may_start: Callable[[], bool]
 ) -> Reports:
     """Do tasks in this process; what a library prints must not meet the results."""
-    notice = silent if work.quiet else Once(threading.Lock())
+    notice = silent if work.quiet else Once(threading.Lock(), work.command.compiling)
     for index, task in enumerate(tasks):
         with redirect_stdout(sys.stderr):
             report = execute(work, task, notice)

@@ -11,18 +11,8 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from importlib import import_module
 from typing import Any, Protocol
 
-from handclean.runner.batch import Work
-
 Notice = Callable[[], None]
 """What is called when a kernel is about to be compiled."""
-
-COMPILING = (
-    "compiling kernels (first run after an install or update; "
-    "`handclean warm` does it ahead) ..."
-)
-
-
-WARMING = "compiling kernels, which takes a minute or two ..."
 
 
 class Lock(Protocol):
@@ -33,11 +23,6 @@ class Lock(Protocol):
         ...
 
 
-def text_of(work: Work) -> str:
-    """What to say of a command's compiling."""
-    return WARMING if work.command == "warm" else COMPILING
-
-
 def silent() -> None:
     """Say nothing."""
 
@@ -46,9 +31,13 @@ class Once:
     """Say on stderr that kernels are compiled, in the first process that does so.
 
     The lock is what these processes share; whoever gets it speaks.
+
+    Parameters
+    ----------
+    text : what to say.
     """
 
-    def __init__(self, lock: Lock, text: str = COMPILING) -> None:
+    def __init__(self, lock: Lock, text: str) -> None:
         self._lock = lock
         self._text = text
 

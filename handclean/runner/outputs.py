@@ -17,11 +17,12 @@ from enum import Enum
 from pathlib import Path
 
 from handclean.errors import FileError, HandcleanError, UsageError
-from handclean.runner import kinds, provenance, staging
+from handclean.runner import provenance, records, staging
 from handclean.runner.batch import Task
+from handclean.runner.command import Command, Work
 from handclean.runner.interrupts import held_back
 from handclean.runner.outcome import Entry, Outcome
-from handclean.runner.places import sidecar, with_record
+from handclean.runner.records import Records
 
 
 class State(Enum):
@@ -39,9 +40,11 @@ class Kept:
 
     Attributes
     ----------
+    records : where the records of files stand.
     read : digests of the files read.
     """
 
+    records: Records
     read: Mapping[Path, str] = field(default_factory=dict)
 
     def has(self, path: Path, found: State) -> bool:
@@ -49,56 +52,58 @@ class Kept:
 
         What handclean made of an input is none, also where it has the bytes of one.
         """
-        digest = provenance.digest(path)
+        digest = records.digest(path)
         if found is State.FOREIGN and digest in self.read.values():
             return True
         if found is not State.FOREIGN:
-            made_of = provenance.behind(path)
+            made_of = self.records.behind(path)
             if not made_of.isdisjoint(self.read.values()):
                 return False
-        return any(digest in provenance.behind(read) for read in self.read)
+        return any(digest in self.records.behind(read) for read in self.read)
 
 
-NOTHING = Kept()
-
-
-def state(path: Path, begun: Entry, overwrite: bool, kept: Kept = NOTHING) -> State:
+def state(
+    path: Path, begun: Entry, work: Work, read: Mapping[Path, str] | None = None
+) -> State:
     """Look at the place of an output.
 
     Parameters
     ----------
-    kept : files that it may not be.
+    begun : the record that an output would have.
+    read : digests of the files that the task reads.
 
     Raises
     ------
     UsageError
-        If one of those stands there, or a file of another kind.
+        If one of those stands there, or what one was made from, or a file of another
+        kind.
     FileError
-        If something stands there that handclean did not make (unless ``overwrite``),
-        or that is no file at all.
+        If something stands there that handclean did not make (unless it is to be
+        overwritten), or that is no file at all.
     """
     place = Path(os.path.realpath(path))
+    command = work.command
     stands = _is_there(path)
     foreign = [
         path.with_name(part.name)
-        for part in with_record(place)[1:]
-        if _is_there(part) and not provenance.is_record(part)
+        for part in command.records.beside(place)
+        if _is_there(part) and not records.is_record(part)
     ]
     found = State.MISSING
     if stands:
-        found = _made(place, begun)
-        if found is State.SAME and not (overwrite or foreign):
+        found = _made(place, begun, command.records)
+        if found is State.SAME and not (work.overwrite or foreign):
             return State.SAME
-        made = kinds.MADE_BY.get((str(begun["command"]), path.suffix.lower()), "")
-        kinds.expect_same(place, made, path)
-        if kept.has(place, found):
+        made = command.makes.get(path.suffix.lower(), "")
+        _expect_kind(command.formats.kind(place), made, path)
+        if Kept(command.records, read or {}).has(place, found):
             raise UsageError(
                 "is what an input was made from, which is never replaced; -o should "
                 "name another place",
                 where=path,
             )
         foreign += [path] if found is State.FOREIGN else []
-    if foreign and not overwrite:
+    if foreign and not work.overwrite:
         raise FileError(
             foreign[0],
             "is there already and not (or no longer) as handclean made it",
@@ -129,9 +134,27 @@ def _is_there(path: Path) -> bool:
     return True
 
 
-def _made(path: Path, begun: Entry) -> State:
-    made = provenance.of(path)
-    intact = provenance.intact(path) if made else False
+def _expect_kind(stands: str, made: str, output: Path) -> None:
+    """Expect a file to be of the kind that is to replace it, where both are known.
+
+    A name that is typed wrong should not cost a file that took a recording to make.
+
+    Raises
+    ------
+    UsageError
+        If it is of another.
+    """
+    if made and stands and made != stands:
+        raise UsageError(
+            f"is a {stands}, which a {made} never replaces; "
+            "-o should name another place",
+            where=output,
+        )
+
+
+def _made(path: Path, begun: Entry, known: Records) -> State:
+    made = known.of(path)
+    intact = known.intact(path) if made else False
     if intact is False:
         return State.FOREIGN
     return State.SAME if intact and provenance.same(made[-1], begun) else State.OTHER
@@ -147,12 +170,14 @@ def write(
     task: Task,
     outcome: Outcome,
     entry: Entry,
+    command: Command,
     states: Mapping[Path, State] | None = None,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Write every output of a task and put it in its place.
 
     Parameters
     ----------
+    entry : the record of the task.
     states : what stood in the places of the outputs before the work.
 
     Returns
@@ -181,8 +206,9 @@ def write(
                 warned = outcome.writers[number](temporary, history) or ()
                 _flush(temporary)
                 if _is_there(output):
-                    kinds.expect_same(place, kinds.kind_of(temporary), output)
-                if with_record(place)[1:]:
+                    kind = command.formats.kind
+                    _expect_kind(kind(place), kind(temporary), output)
+                if command.records.beside(place):
                     told = (*outcome.history, _warned(entry, warned))
                     _stage_record(staged, temporary, told)
             warnings += warned
@@ -192,8 +218,9 @@ def write(
                     place.parent.mkdir(parents=True, exist_ok=True)
             for output, place in zip(task.outputs, places, strict=True):
                 with _naming(output):
-                    _expect_as_before(place, output, (states or {}).get(output))
-                    kept += _commit(staged, place, output)
+                    if (states or {}).get(output) is State.MISSING:
+                        _expect_nothing(place, output, command.records)
+                    kept += _commit(staged, place, output, command.records)
             for folder in {place.parent for place in places}:
                 _flush(folder)
         return tuple(warnings), tuple(kept)
@@ -209,8 +236,8 @@ def _stage_record(
     """Write the record of what was just written; it takes its place before that."""
     place = staged.pop(temporary)
     beside = temporary.with_suffix(".json")
-    staged[beside], staged[temporary] = sidecar(place), place
-    provenance.write_sidecar(beside, temporary, history)
+    staged[beside], staged[temporary] = records.sidecar(place), place
+    records.write_sidecar(beside, temporary, history)
     _flush(beside)
 
 
@@ -240,17 +267,19 @@ def clean(task: Task) -> None:
     staging.remove(task.outputs, task.token)
 
 
-def _expect_as_before(place: Path, output: Path, before: State | None) -> None:
+def _expect_nothing(place: Path, output: Path, known: Records) -> None:
     """Expect that nobody else put a file where none was."""
-    if before is State.MISSING and place.exists() and not provenance.of(place):
+    if place.exists() and not known.of(place):
         raise FileError(output, "was made by somebody else meanwhile")
 
 
-def _commit(staged: Mapping[Path, Path], place: Path, output: Path) -> list[str]:
+def _commit(
+    staged: Mapping[Path, Path], place: Path, output: Path, known: Records
+) -> list[str]:
     """Put an output and its record in their places; say what was kept."""
     sources = {target: temporary for temporary, target in staged.items()}
-    parts = (*with_record(place)[1:], place)
-    kept = [keep(part, output) for part in parts if _is_foreign(part, place)]
+    parts = (*known.beside(place), place)
+    kept = [keep(part, output) for part in parts if _is_foreign(part, place, known)]
     if len(parts) > 1:
         place.unlink(missing_ok=True)
     for part in parts:
@@ -258,13 +287,13 @@ def _commit(staged: Mapping[Path, Path], place: Path, output: Path) -> list[str]
     return kept
 
 
-def _is_foreign(part: Path, place: Path) -> bool:
+def _is_foreign(part: Path, place: Path, known: Records) -> bool:
     """Whether handclean did not make what stands in the place of an output."""
     if not part.exists():
         return False
     if part != place:
-        return not provenance.is_record(part)
-    return not provenance.of(part) or provenance.intact(part) is False
+        return not records.is_record(part)
+    return not known.of(part) or known.intact(part) is False
 
 
 def keep(place: Path, output: Path) -> str:
@@ -285,7 +314,7 @@ def keep(place: Path, output: Path) -> str:
     while True:
         other = place.with_name(f"{place.name}~{number if number > 1 else ''}")
         number += 1
-        if other.is_file() and provenance.digest(other) == provenance.digest(place):
+        if other.is_file() and records.digest(other) == records.digest(place):
             break
         try:
             os.link(place, other)

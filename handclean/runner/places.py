@@ -13,7 +13,8 @@ from itertools import islice
 from pathlib import Path
 
 from handclean.errors import UsageError
-from handclean.runner.batch import Source, Task
+from handclean.runner.batch import Task
+from handclean.runner.records import Records
 
 _LOOKED_AT = 16
 """Names of a folder that are tried for whether their case counts."""
@@ -68,46 +69,25 @@ def _is_same(one: Path, other: Path) -> bool:
         return False
 
 
-def sidecar(path: Path) -> Path:
-    """Where the record of an output stands that cannot carry it itself."""
-    return path.with_name(path.name + ".made.json")
+def read_by(tasks: Iterable[Task], records: Records) -> list[Path]:
+    """List all files that tasks read, records beside them too."""
+    sources = (source for task in tasks for source in task.sources)
+    return records.with_theirs(path for s in sources for path in s.reads.values())
 
 
-def files_of(source: Source) -> dict[str, Path]:
-    """List the files a source makes its step read, by their role."""
-    files = {"input": source.path} if source.is_file else {}
-    numbered = enumerate(source.subjects, start=1)
-    files.update({f"subject {number}": path for number, path in numbered})
-    if source.marker_set_file is not None:
-        files["marker_set"] = source.marker_set_file
-    return files | dict(source.files)
-
-
-def read_by(sources: Iterable[Source]) -> list[Path]:
-    """List all files that sources make a step read, records beside them too."""
-    return _with_records(path for s in sources for path in files_of(s).values())
-
-
-def written_by(tasks: Iterable[Task]) -> list[Path]:
+def written_by(tasks: Iterable[Task], records: Records) -> list[Path]:
     """List all files that tasks write, records beside them too."""
-    return _with_records(path for task in tasks for path in task.outputs)
+    return records.with_theirs(path for task in tasks for path in task.outputs)
 
 
-def _with_records(paths: Iterable[Path]) -> list[Path]:
-    """List files, each once, with the records that stand beside them."""
-    return [part for path in dict.fromkeys(paths) for part in with_record(path)]
-
-
-def with_record(path: Path) -> tuple[Path, ...]:
-    """Return a file, and the record beside it where it cannot carry that itself."""
-    return (path,) if path.suffix.lower() == ".h5" else (path, sidecar(path))
-
-
-def expect_apart(tasks: Sequence[Task], read: Iterable[Path] = ()) -> None:
+def expect_apart(
+    tasks: Sequence[Task], records: Records, read: Iterable[Path] = ()
+) -> None:
     """Expect every output in a place of its own where nothing is read.
 
     Parameters
     ----------
+    records : where the records of files stand, which count as well.
     read : files that the command reads beside those of its tasks.
 
     Raises
@@ -117,12 +97,11 @@ def expect_apart(tasks: Sequence[Task], read: Iterable[Path] = ()) -> None:
     """
     if not any(task.outputs for task in tasks):
         return
-    sources = (source for task in tasks for source in task.sources)
-    used = {identity(path) for path in (*read, *read_by(sources))}
+    used = {identity(path) for path in (*read, *read_by(tasks, records))}
     taken: dict[object, str] = {}
     for task in tasks:
         for output in task.outputs:
-            for path in with_record(output):
+            for path in (output, *records.beside(output)):
                 known = identity(path)
                 if known in used:
                     wrong = "is read as well as written; -o should name another place"
@@ -136,8 +115,10 @@ def expect_apart(tasks: Sequence[Task], read: Iterable[Path] = ()) -> None:
                 taken[known] = task.sources[0].name
 
 
-def expect_unused(path: Path, tasks: Sequence[Task], read: Iterable[Path] = ()) -> None:
-    """Expect that no task reads or writes a file.
+def expect_unused(
+    path: Path, tasks: Sequence[Task], records: Records, read: Iterable[Path] = ()
+) -> None:
+    """Expect that no task reads or writes a file; parameters as of `expect_apart`.
 
     Raises
     ------
@@ -145,7 +126,7 @@ def expect_unused(path: Path, tasks: Sequence[Task], read: Iterable[Path] = ()) 
         If one does.
     """
     known = identity(path)
-    used = [*read_by(s for task in tasks for s in task.sources), *written_by(tasks)]
+    used = [*read_by(tasks, records), *written_by(tasks, records)]
     if known in map(identity, [*read, *used]):
         wrong = "is also an input or an output of this command"
         raise UsageError(wrong, where=path)

@@ -14,12 +14,10 @@ from pathlib import Path
 from handclean.errors import UnknownSettingError, UsageError
 from handclean.runner import manifest
 from handclean.runner.batch import Batch, Source, Task
+from handclean.runner.command import Command
 from handclean.runner.manifest import Line
 from handclean.runner.places import expect_apart
 from handclean.runner.staging import token
-
-RECORDINGS = (".h5", ".c3d", ".trc", ".csv", ".mot", ".bvh", ".glb")
-"""Suffixes a take can be written with."""
 
 
 def lines_of(batch: Batch) -> tuple[Line, ...]:
@@ -32,15 +30,13 @@ def lines_of(batch: Batch) -> tuple[Line, ...]:
     """
     lines = tuple(Line(input=path) for path in batch.inputs)
     if batch.manifest is not None:
-        return lines + manifest.read(batch.manifest)
+        return lines + manifest.read(batch.manifest, batch.given.columns)
     if not lines:
         raise UsageError("inputs: there are none; name files, or a --manifest of them")
     return lines
 
 
-def mapping(
-    batch: Batch, lines: Sequence[Line], suffixes: Collection[str]
-) -> list[Task]:
+def mapping(batch: Batch, lines: Sequence[Line], command: Command) -> list[Task]:
     """Plan a command whose every input gives one output (none without suffixes).
 
     Raises
@@ -50,21 +46,21 @@ def mapping(
         or if one is an input itself.
     """
     sources = [_source(batch, line) for line in lines]
-    if not suffixes:
+    if not command.suffixes:
         return [Task(sources=(source,)) for source in sources]
-    outputs = _outputs(batch, lines, suffixes)
+    outputs = _outputs(batch, lines, command.suffixes)
     tasks = [
         Task(sources=(source,), outputs=(output,), token=token())
         for source, output in zip(sources, outputs, strict=True)
     ]
-    expect_apart(tasks, batch.reads)
+    expect_apart(tasks, command.records, batch.reads)
     return tasks
 
 
 def reducing(
     batch: Batch,
     lines: Sequence[Line],
-    suffixes: Collection[str],
+    command: Command,
     beside: Sequence[Path] = (),
 ) -> Task:
     """Plan a command whose inputs together give one output (none without suffixes).
@@ -82,28 +78,22 @@ def reducing(
     if not sources:
         where = batch.manifest or "inputs"
         raise UsageError("the manifest lists no takes", where=where)
-    if not suffixes:
+    if not command.suffixes:
         return Task(sources=sources, reduces=True)
     if batch.output is None:
         raise UsageError("-o: is missing; it should name a file")
     output = Path(batch.output)
-    _expect_suffix(output, output.suffix, suffixes)
+    _expect_suffix(output, output.suffix, command.suffixes)
     outputs = (output, *beside)
     task = Task(sources=sources, outputs=outputs, token=token(), reduces=True)
-    expect_apart([task], batch.reads)
+    expect_apart([task], command.records, batch.reads)
     return task
 
 
 def _source(batch: Batch, line: Line) -> Source:
     return Source(
         path=line.input,
-        subjects=line.subjects or batch.subjects,
-        marker_set=line.marker_set or batch.marker_set,
-        side=line.side or batch.side,
-        rate_hz=batch.rate_hz,
-        unit=batch.unit,
-        lenient=batch.lenient,
-        believe_coordinates=batch.believe_coordinates,
+        given=batch.given.with_cells(line.cells, line.at),
         files=batch.files,
         seed=batch.seed or 0,
         at=line.at,
@@ -111,7 +101,7 @@ def _source(batch: Batch, line: Line) -> Source:
 
 
 def _outputs(
-    batch: Batch, lines: Sequence[Line], suffixes: Collection[str]
+    batch: Batch, lines: Sequence[Line], suffixes: Sequence[str]
 ) -> list[Path]:
     unplaced = [line.input for line in lines if not line.output]
     places = iter(_places(batch, unplaced, suffixes) if unplaced else ())
@@ -122,27 +112,26 @@ def _outputs(
 
 
 def _places(
-    batch: Batch, inputs: Sequence[Path], suffixes: Collection[str]
+    batch: Batch, inputs: Sequence[Path], suffixes: Sequence[str]
 ) -> list[Path]:
     """Give the inputs that name no output themselves a place under ``-o``."""
     if batch.output is None:
         raise UsageError("-o: is missing; it should name a file or a folder")
     output = Path(batch.output)
-    if not _is_folder(batch.output, suffixes):
+    if not _is_folder(batch.output):
         if len(inputs) == 1:
             return [output]
         raise UsageError(
             f"is one file for {len(inputs)} inputs; -o should name a folder",
             where=output,
         )
-    _expect_suffix("--format", batch.format, suffixes)
+    suffix = batch.format or suffixes[0]
+    _expect_suffix("--format", suffix, suffixes)
     parent = _common_parent(inputs)
-    return [
-        (output / _below(path, parent)).with_suffix(batch.format) for path in inputs
-    ]
+    return [(output / _below(path, parent)).with_suffix(suffix) for path in inputs]
 
 
-def _is_folder(output: str, suffixes: Collection[str]) -> bool:
+def _is_folder(output: str) -> bool:
     """Whether ``-o`` names a folder: there is one, it ends in /, or has no suffix."""
     if os.path.isdir(output) or output.endswith(("/", os.sep)):
         return True

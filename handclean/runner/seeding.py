@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from handclean.runner import provenance
 from handclean.runner.batch import Source
+from handclean.runner.records import digest
 
 
 def rng(*sources: Source) -> np.random.Generator:
@@ -11,5 +11,5 @@ def rng(*sources: Source) -> np.random.Generator:
 
     They do not depend on names, order of work, jobs or shards.
     """
-    digests = [source.sha256 or provenance.digest(source.path) for source in sources]
+    digests = [source.sha256 or digest(source.path) for source in sources]
     return np.random.default_rng([sources[0].seed, *(int(d, 16) for d in digests)])

@@ -16,10 +16,11 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
 from handclean.runner import outputs, terminal
-from handclean.runner.batch import Report, Task, Work
+from handclean.runner.batch import Report, Task
+from handclean.runner.command import Work
 from handclean.runner.execute import execute, gone
 from handclean.runner.interrupts import blocked, held_back
-from handclean.runner.notice import Notice, Once, silent, text_of
+from handclean.runner.notice import Notice, Once, silent
 
 
 @dataclass
@@ -39,7 +40,9 @@ def in_workers(
     waiting = deque(range(len(tasks)))
     idle: list[_Worker] = []
     busy: list[_Worker] = []
-    notice = silent if work.quiet else Once(get_context("spawn").Lock(), text_of(work))
+    notice: Notice = silent
+    if not work.quiet:
+        notice = Once(get_context("spawn").Lock(), work.command.compiling)
     try:
         while True:
             while waiting and len(busy) < jobs and may_start():

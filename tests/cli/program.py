@@ -10,10 +10,13 @@ import click
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "runner" / "fakes"))
 
+import boxes
+
 from handclean.cli import main as frame
 from handclean.cli import options, tables
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
+from handclean.runner.batch import Batch
+from handclean.runner.command import Work
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,14 +46,7 @@ class TallyConfig:
 @options.settings("tally", TallyConfig)
 def command(batch: Batch, settings: TallyConfig) -> int:
     """Count words."""
-    work = Work(
-        command="tally",
-        step="tally",
-        settings=settings,
-        seed=batch.seed,
-        overwrite=batch.overwrite,
-    )
-    return many.run(work, batch, (".csv", ".h5"))
+    return many.run(Work.of(boxes.tally(), batch, settings), batch)
 
 
 module = ModuleType("handclean.cli.tally")

@@ -13,6 +13,7 @@ import pytest
 from handclean.cli.main import main
 from handclean.commands.inspect import FIGURES
 from handclean.commands.shared import sessions
+from handclean.commands.shared.formats import RECORDINGS
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import template_subject
@@ -21,7 +22,6 @@ from handclean.io import files
 from handclean.io.formats import TAKES_WRITTEN
 from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Recording, motion_from_poses, trajectories
-from handclean.runner import plan
 from handclean.runner.batch import Source
 from tests.io.c3d.c3d_oracles import c3d_bytes
 
@@ -59,7 +59,7 @@ def provenance(path):
 
 
 def test_the_formats_that_are_planned_for_are_those_that_are_written():
-    assert set(plan.RECORDINGS) == set(TAKES_WRITTEN)
+    assert set(RECORDINGS) == set(TAKES_WRITTEN)
 
 
 def test_every_take_arrives_whatever_its_name_jobs_and_shards(handclean, take):

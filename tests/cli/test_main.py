@@ -10,9 +10,10 @@ import pytest
 
 from handclean import __version__
 from handclean.cli import main as frame
+from handclean.commands.table import COMPILING
 from handclean.errors import UsageError
-from handclean.runner import provenance
-from handclean.runner.notice import COMPILING
+
+from .program import boxes
 
 HEAVY = {"numpy", "scipy", "numba", "h5py", "c3d", "trimesh", "matplotlib"}
 
@@ -191,7 +192,7 @@ def test_a_stream_that_is_closed_hinders_nothing(program, write, closed, jobs):
     assert "internal" not in err
     assert (out == "") == (1 in closed)
     for name in names:
-        assert provenance.intact((Path("out") / name).with_suffix(".h5"))
+        assert boxes.RECORDS.intact((Path("out") / name).with_suffix(".box"))
 
 
 @pytest.mark.parametrize(

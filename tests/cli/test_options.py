@@ -6,10 +6,10 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner
+from takes import take_batch
 
 from handclean.cli import options
 from handclean.errors import UsageError
-from handclean.runner.batch import Batch
 
 from . import program
 
@@ -21,7 +21,7 @@ def call(folder, monkeypatch):
     def go(*arguments):
         seen = []
 
-        def run(work, batch, suffixes):
+        def run(work, batch):
             seen.append((batch, work.settings))
             return 0
 
@@ -43,7 +43,7 @@ def words(line):
 
 def test_options_that_are_not_given_are_the_defaults(call):
     batch, settings = call()
-    assert batch == Batch()
+    assert batch == take_batch()
     assert settings == program.TallyConfig()
 
 
@@ -55,7 +55,7 @@ def test_every_shared_option_reaches_the_batch(call):
         *["--require", "words<=1", "--require", "draw>0", "--json", "-q", "-v"],
         "--lenient",
     )
-    assert batch == Batch(
+    assert batch == take_batch(
         inputs=(Path("a.c3d"), Path("b.c3d")),
         manifest="-",
         output="out",
@@ -149,7 +149,7 @@ def test_settings_of_several_steps_live_side_by_side(folder):
     line = ["--tally-times", "2", "--times", "3", "--json"]
     CliRunner().invoke(both, line, catch_exceptions=False)
     assert received == {
-        "batch": Batch(json=True),
+        "batch": take_batch(json=True),
         "first": program.TallyConfig(times=2),
         "second": program.TallyConfig(times=3),
     }

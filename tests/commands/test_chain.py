@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from takes import take_batch, take_source
 
 from handclean.api.label import lost, renamed
 from handclean.commands import simulate
@@ -17,6 +18,7 @@ from handclean.commands.shared.choices import (
     Simulating,
     Solving,
 )
+from handclean.commands.table import COMMANDS, work_of
 from handclean.errors import UsageError
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
@@ -27,7 +29,8 @@ from handclean.labels.settings import LabelConfig
 from handclean.recording import Origin
 from handclean.report.settings import CompareConfig
 from handclean.runner import many, plan
-from handclean.runner.batch import Batch, Source, Task, Work
+from handclean.runner.batch import Task
+from handclean.runner.command import Work
 from handclean.runner.execute import execute
 from handclean.simulation.scenarios import find_scenario, settings_for
 from handclean.simulation.settings import SimulateConfig
@@ -40,14 +43,14 @@ CLEANING = Cleaning(label=LabelConfig(), fill=FillConfig(), solve=SolveConfig())
 
 
 def done(command, settings, task):
-    report = execute(Work(command=command, settings=settings), task)
+    report = execute(Work(command=COMMANDS[command], settings=settings), task)
     assert report.status == "done", report.error + report.trace
     return report
 
 
 def step(command, settings, source, output, **given):
     """Do a command that maps; return its figures."""
-    sources = (Source(path=source, **given),)
+    sources = (take_source(path=source, **given),)
     task = Task(sources=sources, outputs=(output,), token=plan.token())
     return done(command, settings, task).figures
 
@@ -178,12 +181,12 @@ def test_names_a_take_had_before_labelling_are_said_not_to_be_kept(simulated, tm
 
 def test_comparing_with_the_truth_says_how_good_the_chain_is(simulated, cleaned):
     pair = (simulated / "truth" / "S01_001.h5", simulated / "cleaned.h5")
-    task = Task(sources=tuple(Source(path=path) for path in pair), reduces=True)
+    task = Task(sources=tuple(take_source(path=path) for path in pair), reduces=True)
     figures = done("compare", CompareConfig(), task).figures
     assert figures["measured_mean_mm"] < 0.5
     assert figures["angles_mean_deg"] < 1.5
     assert figures["swaps"] == 0
-    same = tuple(Source(path=pair[1]) for _ in range(2))
+    same = tuple(take_source(path=pair[1]) for _ in range(2))
     figures = done("compare", CompareConfig(), Task(sources=same, reduces=True)).figures
     assert figures["f1"] == 1.0
     assert figures["measured_mean_mm"] == figures["angles_mean_deg"] == 0.0
@@ -204,7 +207,9 @@ def test_solving_adds_the_motion_of_measured_markers(simulated, tmp_path):
 def test_without_a_subject_the_template_wears_the_markers_and_it_is_said(
     simulated, tmp_path
 ):
-    source = Source(path=simulated / "labelled" / "S01_001.c3d", marker_set="maycock26")
+    source = take_source(
+        path=simulated / "labelled" / "S01_001.c3d", marker_set="maycock26"
+    )
     task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
     settings = Solving(solve=SolveConfig(), standard=False)
     report = done("solve", settings, task)
@@ -223,10 +228,10 @@ def test_without_a_subject_the_template_wears_the_markers_and_it_is_said(
 def test_a_hand_that_cannot_be_had_is_one_line(
     simulated, tmp_path, given, status, said
 ):
-    source = Source(path=simulated / "labelled" / "S01_001.c3d", **given)
+    source = take_source(path=simulated / "labelled" / "S01_001.c3d", **given)
     task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
     settings = Solving(solve=SolveConfig(), standard=False)
-    report = execute(Work(command="solve", settings=settings), task)
+    report = execute(Work(command=COMMANDS["solve"], settings=settings), task)
     assert (report.status, report.exit_status) == ("failed", status)
     assert said in report.error
     assert report.error.startswith(str(source.path))
@@ -244,9 +249,9 @@ def left_hand(simulated, folder):
 def test_two_hands_at_once_are_refused_until_they_can_be_labelled(simulated, tmp_path):
     subject = simulated / "subjects" / "S01.h5"
     both = (subject, left_hand(simulated, tmp_path))
-    source = Source(path=simulated / "S01_001.c3d", subjects=both)
+    source = take_source(path=simulated / "S01_001.c3d", subjects=both)
     task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
-    report = execute(Work(command="clean", settings=CLEANING), task)
+    report = execute(Work(command=COMMANDS["clean"], settings=CLEANING), task)
     assert report.exit_status == 2
     assert "2 hands cannot be labelled at once" in report.error
 
@@ -267,19 +272,19 @@ def test_two_subjects_of_one_side_are_wrong_usage(
     other = tmp_path / "other.h5"
     other.write_bytes(subject.read_bytes())
     said = f"--subject: {subject} and {other} are right hands"
-    source = Source(path=simulated / "S01_001.c3d", subjects=(subject, other))
+    source = take_source(path=simulated / "S01_001.c3d", subjects=(subject, other))
     task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
-    report = execute(Work(command=command, settings=settings), task)
+    report = execute(Work(command=COMMANDS[command], settings=settings), task)
     assert (report.status, report.exit_status) == ("failed", 2)
     assert said in report.error
-    batch = Batch(
-        inputs=(source.path,), output=str(tmp_path / "out"), subjects=source.subjects
+    batch = take_batch(
+        inputs=(source.path,), output=str(tmp_path / "out"), subjects=(subject, other)
     )
     with pytest.raises(UsageError, match=re.escape(said)):
-        many.run(Work.of(command, batch, settings), batch)
+        many.run(work_of(command, batch, settings), batch)
     left = left_hand(simulated, tmp_path)
-    hands.check(replace(batch, subjects=(subject, left)))
-    hands.check(replace(batch, subjects=(subject, other, left), side="left"))
+    hands.check(take_batch(subjects=(subject, left)))
+    hands.check(take_batch(subjects=(subject, other, left), side="left"))
 
 
 def far_away(recording, share):
@@ -303,8 +308,10 @@ def test_a_take_without_the_hand_fails_and_one_with_little_of_it_is_warned_of(
     for share in (0.0, 0.3):
         path, output = tmp_path / f"{share}.h5", tmp_path / f"{share}.out.h5"
         files.write(path, far_away(raw, share))
-        task = Task(sources=(Source(path=path, **given),), outputs=(output,), token="t")
-        report = execute(Work(command=command, settings=settings), task)
+        task = Task(
+            sources=(take_source(path=path, **given),), outputs=(output,), token="t"
+        )
+        report = execute(Work(command=COMMANDS[command], settings=settings), task)
         if share == 0.0:
             assert (report.status, report.exit_status) == ("failed", 1)
             assert report.error.startswith(f"{path}: ")
@@ -340,7 +347,7 @@ def misspelt(simulated, folder):
     ],
 )
 def test_a_misspelt_marker_is_warned_of(simulated, tmp_path, command, settings):
-    source = Source(
+    source = take_source(
         path=misspelt(simulated, tmp_path),
         subjects=(simulated / "subjects" / "S01.h5",),
     )
@@ -365,11 +372,13 @@ def test_a_set_that_is_not_the_takes_teaches_nothing_but_what_fits(
     simulated, tmp_path, marker_set, said
 ):
     path = misspelt(simulated, tmp_path)
-    source = Source(path=path, marker_set=marker_set)
+    source = take_source(path=path, marker_set=marker_set)
     output = tmp_path / "s.h5"
     task = Task(sources=(source,), outputs=(output,), token="t", reduces=True)
     settings = Calibrating(calibrate=CalibrateConfig(), name="")
-    report = execute(Work(command="calibrate-hand markers", settings=settings), task)
+    report = execute(
+        Work(command=COMMANDS["calibrate-hand markers"], settings=settings), task
+    )
     assert (report.status, report.exit_status) == ("failed", 1)
     assert report.error.startswith(f"{path}: ")
     assert said in report.error
@@ -381,7 +390,7 @@ def test_a_subject_is_learnt_from_a_range_of_motion(tmp_path):
     (task,) = simulate.tasks(chosen, tmp_path)
     done("simulate", chosen, task)
     settings = Calibrating(calibrate=CalibrateConfig(frames=80), name="Ada")
-    source = Source(path=task.outputs[1], marker_set="maycock26")
+    source = take_source(path=task.outputs[1], marker_set="maycock26")
     output = tmp_path / "ada.h5"
     reduce = Task(sources=(source,), outputs=(output,), token="t", reduces=True)
     figures = done("calibrate-hand markers", settings, reduce).figures
@@ -393,13 +402,13 @@ def test_a_subject_is_learnt_from_a_range_of_motion(tmp_path):
 
 def test_a_prior_holds_what_it_was_learnt_from(simulated, tmp_path, capsys):
     truth = simulated / "truth" / "S01_001.h5"
-    batch = Batch(
+    batch = take_batch(
         inputs=(truth,),
         output=str(tmp_path / "prior.h5"),
         files={"held_out 1": truth},
         require=("covered>=0.9", "held_out_covered>=0.9"),
     )
-    work = Work.of("learn subspace", batch, LearnConfig(share=0.9))
+    work = work_of("learn subspace", batch, LearnConfig(share=0.9))
     assert many.reduce(work, batch) == 0
     assert "of the variance of 20 angles" in capsys.readouterr().out
     prior = read_prior(tmp_path / "prior.h5")
@@ -409,9 +418,11 @@ def test_a_prior_holds_what_it_was_learnt_from(simulated, tmp_path, capsys):
 
 
 def test_learning_wants_angles(simulated, tmp_path):
-    source = Source(path=simulated / "S01_001.c3d")
+    source = take_source(path=simulated / "S01_001.c3d")
     task = Task(
         sources=(source,), outputs=(tmp_path / "p.h5",), token="t", reduces=True
     )
-    report = execute(Work(command="learn subspace", settings=LearnConfig()), task)
+    report = execute(
+        Work(command=COMMANDS["learn subspace"], settings=LearnConfig()), task
+    )
     assert "has no joint angles" in report.error

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from takes import take_source
 
 from handclean.commands.compare import FIGURES, compare
 from handclean.errors import UsageError
@@ -14,7 +15,6 @@ from handclean.io import files
 from handclean.io.hdf5.subject import write_subject
 from handclean.recording import Recording, trajectories
 from handclean.report.settings import CompareConfig
-from handclean.runner.batch import Source
 from handclean.runner.conditions import is_known
 
 
@@ -33,7 +33,9 @@ def pair(tmp_path, rng):
 
 
 def compared(paths, **given):
-    return compare(tuple(Source(path=path, **given) for path in paths), CompareConfig())
+    return compare(
+        tuple(take_source(path=path, **given) for path in paths), CompareConfig()
+    )
 
 
 @pytest.mark.parametrize("turned", [False, True])

@@ -5,16 +5,19 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from takes import take_source
 
 from handclean.commands import simulate
 from handclean.commands.shared.choices import Cleaning, Filling, Simulating, Solving
+from handclean.commands.table import COMMANDS
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
 from handclean.io import files
 from handclean.labels.settings import LabelConfig
 from handclean.recording import Origin
 from handclean.runner import plan
-from handclean.runner.batch import Source, Task, Work
+from handclean.runner.batch import Task
+from handclean.runner.command import Work
 from handclean.runner.execute import execute
 from handclean.simulation.settings import SimulateConfig
 
@@ -23,10 +26,10 @@ CLEANING = Cleaning(label=LabelConfig(), fill=FillConfig(), solve=SolveConfig())
 
 
 def run(command, settings, *paths, output=None, subjects=()):
-    sources = tuple(Source(path=path, subjects=subjects) for path in paths)
+    sources = tuple(take_source(path=path, subjects=subjects) for path in paths)
     outputs = (output,) if output else ()
     task = Task(sources=sources, outputs=outputs, token=plan.token())
-    report = execute(Work(command=command, settings=settings), task)
+    report = execute(Work(command=COMMANDS[command], settings=settings), task)
     assert report.status == "done", report.error + report.trace
     return report
 
@@ -38,7 +41,10 @@ def folder(tmp_path_factory):
     config = SimulateConfig(duration_s=3.0, rate_hz=100.0, dropouts_per_s=2.0)
     chosen = Simulating(scenario="demo", kind="demo", simulate=config)
     (task,) = simulate.tasks(chosen, folder)
-    assert execute(Work(command="simulate", settings=chosen), task).status == "done"
+    assert (
+        execute(Work(command=COMMANDS["simulate"], settings=chosen), task).status
+        == "done"
+    )
     take = files.read(folder / "S01_001.c3d")
     points = take.unlabelled
     some = points.frame >= 40

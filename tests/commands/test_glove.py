@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from takes import take_source
 
 from handclean.commands import simulate as simulating
 from handclean.commands.shared import glove_files
@@ -18,6 +19,7 @@ from handclean.commands.shared.choices import (
     GloveSampling,
     Simulating,
 )
+from handclean.commands.table import COMMANDS
 from handclean.glove.calibrate import predict_measured
 from handclean.glove.definitions import load_glove
 from handclean.glove.poses import key_poses
@@ -35,7 +37,8 @@ from handclean.io.hdf5.session import write_session
 from handclean.io.hdf5.subject import write_subject
 from handclean.recording import Motion, Recording
 from handclean.runner import plan
-from handclean.runner.batch import Source, Task, Work
+from handclean.runner.batch import Task
+from handclean.runner.command import Work
 from handclean.runner.execute import execute
 from handclean.simulation.glove import RATE, simulate_glove
 from handclean.simulation.settings import SimulateConfig
@@ -49,9 +52,9 @@ APPLYING = GloveApplying(apply=GloveApplyConfig(), tips=False)
 
 
 def run(command, settings, output, *paths, reduces=True, **given):
-    sources = tuple(Source(path=Path(path), **given) for path in paths)
+    sources = tuple(take_source(path=Path(path), **given) for path in paths)
     task = Task(sources=sources, outputs=(output,), token=plan.token(), reduces=reduces)
-    return execute(Work(command=command, settings=settings), task)
+    return execute(Work(command=COMMANDS[command], settings=settings), task)
 
 
 def sample(output, *paths, files=None, subjects=(), **known):
@@ -577,7 +580,7 @@ def test_a_simulated_session_is_written_with_its_truth(tmp_path):
     config = SimulateConfig(glove="generic5", wearings=1)
     settings = Simulating(scenario="glove", kind="glove", simulate=config)
     (task,) = simulating.tasks(settings, tmp_path)
-    report = execute(Work(command="simulate", settings=settings), task)
+    report = execute(Work(command=COMMANDS["simulate"], settings=settings), task)
     assert report.status == "done", report.error
     reading = tmp_path / "S01_001" / "w1" / "pose-fist-1.csv"
     facts = json.loads(reading.read_text().splitlines()[0].split("readings ")[1])

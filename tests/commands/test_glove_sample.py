@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from takes import take_source
 
 from handclean.cli import main as frame
 from handclean.commands.inspect import inspect
@@ -18,6 +19,7 @@ from handclean.commands.shared.choices import (
     GloveRewearing,
     GloveSampling,
 )
+from handclean.commands.table import COMMANDS
 from handclean.errors import FileError
 from handclean.glove.poses import key_poses
 from handclean.glove.settings import (
@@ -32,7 +34,8 @@ from handclean.io.hdf5.session import write_session
 from handclean.io.hdf5.subject import write_subject
 from handclean.recording import Motion, Recording
 from handclean.runner import plan
-from handclean.runner.batch import Source, Task, Work
+from handclean.runner.batch import Task
+from handclean.runner.command import Work
 from handclean.runner.execute import execute
 from handclean.simulation.glove import simulate_glove
 from handclean.simulation.settings import SimulateConfig
@@ -63,9 +66,9 @@ index_dip_flexion = 20
 
 
 def run(command, settings, output, *paths, reduces=True, **given):
-    sources = tuple(Source(path=Path(path), **given) for path in paths)
+    sources = tuple(take_source(path=Path(path), **given) for path in paths)
     task = Task(sources=sources, outputs=(output,), token=plan.token(), reduces=reduces)
-    return execute(Work(command=command, settings=settings), task)
+    return execute(Work(command=COMMANDS[command], settings=settings), task)
 
 
 def sample(folder, *paths, files=None, subjects=(), **known):
@@ -249,7 +252,7 @@ def test_what_is_odd_about_the_take_with_the_markers_is_told(folder, session):
     given = {"files": {"markers": folder / "moved.bvh"}}
     report = sample(folder, "markers", **given)
     assert report.status == "done", report.error
-    source = Source(path=folder / "moved.bvh")
+    source = take_source(path=folder / "moved.bvh")
     (trap,) = sessions.traps(source, sessions.read(source))
     assert report.warnings == (f"moved.bvh: {trap}",)
 
@@ -291,7 +294,7 @@ def test_one_of_something_is_not_several(folder):
 
 
 def look(path):
-    return inspect(Source(path=path), None)
+    return inspect(take_source(path=path), None)
 
 
 def test_inspect_tells_of_samples_and_calibrations(folder, glove):

@@ -5,9 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from takes import take_batch
 from trees import moving, named, nameless, seen_of
 
 from handclean.commands.shared.choices import Cleaning, Filling, Solving
+from handclean.commands.table import work_of
 from handclean.errors import UsageError
 from handclean.gaps.settings import FillConfig
 from handclean.hand.marker_set import load_marker_set
@@ -17,7 +19,6 @@ from handclean.io.files import read, write
 from handclean.io.hdf5.subject import write_subject
 from handclean.labels.settings import LabelConfig
 from handclean.runner import many
-from handclean.runner.batch import Batch, Work
 
 SOLVE = SolveConfig()
 SETTINGS = {
@@ -60,8 +61,8 @@ def test_it_is_labelled_solved_filled_and_cleaned(takes, command, given, capfd):
     whose = {"marker_set": "cube.toml"}
     if given == "subjects":
         whose = {"subjects": (Path("cube.h5"),)}
-    batch = Batch(inputs=(Path(path),), output="out.h5", json=True, **whose)
-    assert many.run(Work.of(command, batch, SETTINGS[command]), batch) == 0
+    batch = take_batch(inputs=(Path(path),), output="out.h5", json=True, **whose)
+    assert many.run(work_of(command, batch, SETTINGS[command]), batch) == 0
     figures = json.loads(capfd.readouterr().out)
     assert figures["warnings"] == []
     motion = read("out.h5").motions[name]
@@ -78,6 +79,8 @@ def test_a_side_of_a_thing_without_one_is_wrong_before_the_first_input(
 ):
     monkeypatch.chdir(tmp_path)
     path = str(cube(""))
-    batch = Batch(inputs=(Path("a.c3d"),), output="o", marker_set=path, side="left")
+    batch = take_batch(
+        inputs=(Path("a.c3d"),), output="o", marker_set=path, side="left"
+    )
     with pytest.raises(UsageError, match="--side left: marker set cube"):
-        many.run(Work.of("label", batch, SETTINGS["label"]), batch)
+        many.run(work_of("label", batch, SETTINGS["label"]), batch)

@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scanned import scanned
+from takes import take_source
 
 from handclean.commands.shared.choices import Calibrating, Scanning
+from handclean.commands.table import COMMANDS
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.io import files
@@ -16,7 +18,8 @@ from handclean.io.landmarks import write_landmarks
 from handclean.io.mesh.meshes import Mesh, write_mesh
 from handclean.recording import Recording, trajectories
 from handclean.runner import plan, progress
-from handclean.runner.batch import Source, Task, Work
+from handclean.runner.batch import Task
+from handclean.runner.command import Work
 from handclean.runner.execute import execute
 from handclean.subject.scan.fit import shipped_start
 from handclean.subject.scan.markers import dressed
@@ -27,10 +30,10 @@ QUICK = Scanning(scan=ScanConfig(rounds=3, steps=1), name="S01")
 
 
 def run(command, settings, output, *paths, **given):
-    sources = tuple(Source(path=path, **given) for path in paths)
+    sources = tuple(take_source(path=path, **given) for path in paths)
     outputs = (output,)
     task = Task(sources=sources, outputs=outputs, token=plan.token(), reduces=True)
-    return execute(Work(command=command, settings=settings), task)
+    return execute(Work(command=COMMANDS[command], settings=settings), task)
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from takes import take_source
 
 from handclean.api.solve import doubts
 from handclean.commands.fill_gaps import fill_gaps
@@ -19,7 +20,6 @@ from handclean.ik.take import solve
 from handclean.io import files
 from handclean.io.hdf5.subject import write_subject
 from handclean.recording import Recording, trajectories
-from handclean.runner.batch import Source
 
 
 @pytest.mark.parametrize("factor", [1.0, 1e3, 1e-3])
@@ -81,13 +81,13 @@ def test_no_step_goes_on_where_no_frame_fits_for_the_unit(
 ):
     given = hand(factor)
     with pytest.raises(HandcleanError, match=r"no frame fits .*\(--unit\)"):
-        step(Source(**given))
+        step(take_source(**given))
     if says == "mm":  # as a C3D of ours does
-        done = step(Source(**given, unit=right))
+        done = step(take_source(**given, unit=right))
         taken = f"--unit {right} is taken, though the file says mm"
         assert [w for w in done.warnings if "--unit" in w] == [taken]
     with pytest.raises(HandcleanError, match="no frame fits"):
-        step(Source(**given, unit={"mm": "m", "m": "cm", "cm": "m"}[right]))
+        step(take_source(**given, unit={"mm": "m", "m": "cm", "cm": "m"}[right]))
 
 
 @pytest.mark.parametrize("step", [solving, filling])
@@ -99,7 +99,7 @@ def test_a_subject_far_larger_than_the_take_fits_no_frame(hand, tmp_path, step):
     subject = replace(subject, model=replace(subject.model, at=at))
     write_subject(tmp_path / "s.h5", subject)
     with pytest.raises(HandcleanError, match="no frame fits") as caught:
-        step(Source(**given))
+        step(take_source(**given))
     assert caught.value.where == TAKE
 
 
@@ -116,10 +116,10 @@ def test_a_hand_is_nowhere_unless_a_frame_shows_three_of_its_markers(
     files.write(tmp_path / "few.h5", replace(take, parameters={}))
     given["path"] = tmp_path / "few.h5"
     if most == 3:
-        assert "nan" not in step(Source(**given)).line
+        assert "nan" not in step(take_source(**given)).line
         return
     with pytest.raises(HandcleanError) as caught:
-        step(Source(**given))
+        step(take_source(**given))
     assert caught.value.where == TAKE
     assert str(caught.value.at("few.h5")) == (
         "few.h5: "
@@ -149,9 +149,9 @@ def test_of_two_hands_the_one_that_is_never_seen_is_told(hand, tmp_path, step):
     told = (
         "left: none of the markers of 'other' is in sight in any frame: it has no pose"
     )
-    assert [w for w in step(Source(**given)).warnings if "sight" in w] == [told]
+    assert [w for w in step(take_source(**given)).warnings if "sight" in w] == [told]
 
 
 @pytest.mark.parametrize("step", [solving, filling])
 def test_a_hand_of_its_size_among_other_markers_is_taken_as_it_is(hand, step):
-    assert not [w for w in step(Source(**hand(1.0))).warnings if "unit" in w]
+    assert not [w for w in step(take_source(**hand(1.0))).warnings if "unit" in w]

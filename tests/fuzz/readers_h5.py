@@ -16,6 +16,7 @@ import numpy as np
 
 from handclean.commands.inspect import inspect
 from handclean.commands.shared import glove_files
+from handclean.commands.shared.formats import RECORDS
 from handclean.errors import HandcleanError
 from handclean.glove.calibrate import calibrate
 from handclean.hand.marker_set import load_marker_set
@@ -27,7 +28,6 @@ from handclean.io.hdf5 import seal
 from handclean.io.hdf5.prior import read_prior, write_prior
 from handclean.io.hdf5.session import write_session
 from handclean.io.hdf5.subject import read_subject, write_subject
-from handclean.runner import provenance
 from handclean.runner.batch import Source
 from tests.fuzz.inputs import BYTES, Reader
 from tests.io.hdf5.test_session import a_take
@@ -212,7 +212,7 @@ def _any_value(rng):
 
 def _reader(seeds, *ways):
     """Read with and without ``--lenient``, and in one more way, each by itself."""
-    more = (*ways[1:], provenance.of, provenance.intact, _inspected)
+    more = (*ways[1:], RECORDS.of, RECORDS.intact, _inspected)
 
     def read(path: Path) -> None:
         chosen = zlib.crc32(path.read_bytes())

@@ -9,15 +9,13 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import h5py
 import pytest
+from boxes import Whose, opened, tally, write_box
 
 from handclean.errors import UsageError
-from handclean.io.hdf5.file import write_h5
-from handclean.io.hdf5.parts import Part
-from handclean.io.hdf5.provenance import provenance_item
-from handclean.runner import many, plan, provenance, staging
-from handclean.runner.batch import Batch, Work
+from handclean.runner import many, plan, provenance, records, staging
+from handclean.runner.batch import Batch
+from handclean.runner.command import Work
 from handclean.runner.execute import execute
 
 
@@ -51,7 +49,7 @@ def test_text_has_one_line_per_result(inputs, run):
     paths = inputs(a="one", b="wrong", c="one odd")
     status, lines, err = run(*paths, output="out", json=False)
     assert status == 1
-    assert lines == ["in/a.txt -> out/a.h5: 1 words", "in/c.txt -> out/c.h5: 2 words"]
+    assert lines == ["in/a.txt -> out/a.box: 1 words", "in/c.txt -> out/c.box: 2 words"]
     assert err.splitlines() == [
         "in/b.txt: is wrong; it should be right",
         "in/c.txt: warning: is odd",
@@ -77,9 +75,7 @@ def test_what_was_odd_about_a_take_is_told_also_if_its_task_fails(
 def test_of_several_takes_of_a_task_that_fails_each_is_named(inputs, capfd):
     paths = inputs(a="wicked read", b="two")
     batch = Batch(inputs=paths, output="out.csv", json=True)
-    work = Work(command="tally", step="tally")
-    step = replace(batch, inputs=paths)
-    assert many.reduce(work, step, (".csv",)) == 1
+    assert many.reduce(Work(command=tally()), batch) == 1
     out, err = capfd.readouterr()
     told = [f"{path}: was read oddly" for path in paths]
     assert json.loads(out)["warnings"] == told
@@ -90,7 +86,7 @@ def test_of_several_takes_of_a_task_that_fails_each_is_named(inputs, capfd):
 
 def test_a_last_line_says_how_many_inputs_went_how_unless_it_was_one(inputs, run):
     paths = inputs(a="one", b="two", c="wrong")
-    run(paths[0], output="out/a.h5")
+    run(paths[0], output="out/a.box")
     _, objects, err = run(*paths, output="out")
     assert [o["status"] for o in objects] == ["skipped", "done", "failed"]
     assert err.splitlines()[-1] == "1 done, 1 skipped, 1 failed"
@@ -163,7 +159,7 @@ def test_a_file_is_named_whatever_it_is_called(folder, run, name):
 
 def test_an_error_of_one_of_several_takes_names_its_file(inputs, capfd):
     batch = Batch(inputs=inputs(a="second", b="two"), output="all.csv")
-    many.reduce(Work(command="tally", step="tally"), batch, (".csv",))
+    many.reduce(Work(command=tally()), batch)
     assert capfd.readouterr().err == "in/b.txt: has no rate\n"
 
 
@@ -176,7 +172,7 @@ def test_results_depend_neither_on_jobs_nor_on_shards(inputs, run, monkeypatch):
     shards = [run(*paths, output="parts", shard=f"{i}/3")[1] for i in (1, 2, 3)]
     assert [len(part) for part in shards] == [3, 2, 2]
     assert tree("one") == tree("four") == tree("parts")
-    assert sorted(tree("one"))[0] == "S0/t0.h5"
+    assert sorted(tree("one"))[0] == "S0/t0.box"
     assert (
         [o["input"] for o in one] == [o["input"] for o in four] == list(map(str, paths))
     )
@@ -202,10 +198,10 @@ def test_without_a_source_date_only_the_time_in_the_record_differs(inputs, run):
     assert [a.split(b":")[0].strip() for a, _ in differing] == [b'"made"']
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".h5"])
+@pytest.mark.parametrize("suffix", [".csv", ".box"])
 def test_a_rerun_skips_what_it_made_and_touches_it(inputs, run, suffix):
     (path,) = inputs(a="one odd")
-    output = Path("out.h5").with_suffix(suffix)
+    output = Path("out.box").with_suffix(suffix)
     _, (first,), _ = run(path, output=str(output))
     before = output.read_bytes()
     os.utime(output, (1, 1))
@@ -223,17 +219,17 @@ def test_a_rerun_skips_what_it_made_and_touches_it(inputs, run, suffix):
     [
         {"seed": 1},
         {"word": "linear"},
-        {"side": "left"},
-        {"rate_hz": 120.0},
-        {"marker_set": "han19"},
-        {"subjects": (Path("subject.h5"),)},
-        {"files": {"prior": Path("subject.h5")}},
+        {"given": Whose(mood="good")},
+        {"given": Whose(style="plain")},
+        {"given": Whose(style="who.box")},
+        {"given": Whose(who=(Path("who.box"),))},
+        {"files": {"prior": Path("who.box")}},
     ],
     ids=str,
 )
 def test_a_rerun_that_is_not_the_same_replaces_what_it_made(inputs, folder, change):
     (path,) = inputs(a="one")
-    Path("subject.h5").write_bytes(b"who")
+    Path("who.box").write_bytes(b"who")
     given = dict(change)
     settings = Settings(word=given.pop("word", "cubic"))
     assert once(path, Batch(), Settings(word="cubic")) == "done"
@@ -249,9 +245,8 @@ class Settings:
 def once(path, batch, settings):
     """Status of doing ``path`` with these settings."""
     batch = replace(batch, inputs=(path,), output="out.csv")
-    (task,) = plan.mapping(batch, plan.lines_of(batch), (".csv",))
-    work = Work(command="tally", step="tally", settings=settings, seed=batch.seed)
-    return execute(work, task).status
+    (task,) = plan.mapping(batch, plan.lines_of(batch), tally())
+    return execute(Work.of(tally(), batch, settings), task).status
 
 
 def test_a_changed_input_is_done_again(inputs, run):
@@ -266,14 +261,10 @@ def test_overwrite_makes_an_output_anew(inputs, run):
     assert run(*paths, output="out.csv", overwrite=True)[1][0]["status"] == "done"
 
 
-@pytest.mark.parametrize("name", ["out.csv", "out.h5"])
+@pytest.mark.parametrize("name", ["out.csv", "out.box"])
 def test_a_file_handclean_did_not_make_is_refused(inputs, run, name):
     paths = inputs(a="one")
-    if name.endswith(".h5"):
-        with h5py.File(name, "w") as file:
-            file["mine"] = 1
-    else:
-        Path(name).write_text("mine")
+    Path(name).write_text("mine")
     before = Path(name).read_bytes()
     status, (o,), _ = run(*paths, output=name)
     assert status == 1
@@ -372,17 +363,16 @@ def test_what_has_the_bytes_of_an_input_but_was_made_of_it_is_replaced(folder, r
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_no_file_is_replaced_by_one_of_another_kind(inputs, run, overwrite):
     paths = inputs(a="one", b="two")
-    entry = {"command": "calibrate-hand markers", "inputs": []}
-    write_h5(Path("S01.h5"), "handclean subject", Part(items=provenance_item([entry])))
-    before = Path("S01.h5").read_bytes()
-    status, (o,), _ = run(paths[0], output="S01.h5", overwrite=overwrite)
+    write_box(Path("S01.box"), "subject", "Ada", [{"command": "learn", "inputs": []}])
+    before = Path("S01.box").read_bytes()
+    status, (o,), _ = run(paths[0], output="S01.box", overwrite=overwrite)
     assert status == 2
     assert o["error"] == (
-        "S01.h5: is a subject, which a tally never replaces; "
+        "S01.box: is a subject, which a tally never replaces; "
         "-o should name another place"
     )
-    assert tree(".").keys() == {"S01.h5", *map(str, paths)}
-    assert Path("S01.h5").read_bytes() == before
+    assert tree(".").keys() == {"S01.box", *map(str, paths)}
+    assert Path("S01.box").read_bytes() == before
 
 
 def test_what_appears_while_an_output_is_made_is_not_replaced(inputs, run):
@@ -413,22 +403,11 @@ def test_an_output_that_was_edited_is_no_longer_handcleans(inputs, run):
     assert Path("out.csv").read_text() == "edited by hand"
 
 
-def change_a_value(path):
-    with h5py.File(path, "r+") as file:
-        file["text"][()] = "two"
-
-
-def append(path):
-    with path.open("ab") as file:
-        file.write(b"more")
-
-
-@pytest.mark.parametrize("edit", [change_a_value, append])
-def test_an_h5_that_was_edited_is_no_longer_handcleans(inputs, run, edit):
+def test_what_carries_its_record_and_was_edited_is_no_longer_handcleans(inputs, run):
     paths = inputs(a="one")
-    output = Path("out.h5")
+    output = Path("out.box")
     run(*paths, output=str(output))
-    edit(output)
+    output.write_text(output.read_text().replace('"one"', '"two"'))
     before = output.read_bytes()
     for seed in (0, 1):
         status, (o,), _ = run(*paths, output=str(output), seed=seed)
@@ -439,13 +418,14 @@ def test_an_h5_that_was_edited_is_no_longer_handcleans(inputs, run, edit):
     assert run(*paths, output=str(output))[1][0]["status"] == "skipped"
 
 
-def test_an_h5_without_a_seal_is_made_anew(inputs, run):
+def test_what_cannot_tell_whether_it_was_edited_is_made_anew(inputs, run):
     paths = inputs(a="one")
-    run(*paths, output="out.h5")
-    with h5py.File("out.h5", "r+") as file:
-        del file["sha256"]
-    assert run(*paths, output="out.h5")[1][0]["status"] == "done"
-    assert run(*paths, output="out.h5")[1][0]["status"] == "skipped"
+    run(*paths, output="out.box")
+    held = opened(Path("out.box"))
+    del held["sha256"]
+    Path("out.box").write_text(json.dumps(held))
+    assert run(*paths, output="out.box")[1][0]["status"] == "done"
+    assert run(*paths, output="out.box")[1][0]["status"] == "skipped"
 
 
 @pytest.mark.parametrize("make", [os.mkdir, os.mkfifo], ids=["folder", "pipe"])
@@ -482,7 +462,7 @@ def test_fail_fast_begins_nothing_more_but_hides_nothing(inputs, run):
     assert "not begun" in objects[2]["error"]
     rows = csv.DictReader(Path("f.csv").read_text().splitlines())
     assert [row["input"] for row in rows] == [str(path) for path in paths[1:]]
-    assert sorted(tree("out")) == ["a.h5"]
+    assert sorted(tree("out")) == ["a.box"]
 
 
 @pytest.mark.parametrize("fail_fast", [False, True])
@@ -507,7 +487,7 @@ def refuse(number):
     [
         ((os, "replace"), errno.EROFS, "read-only file system"),
         ((os, "fsync"), errno.ENOSPC, "no space left on device"),
-        ((provenance, "write_sidecar"), errno.ENOSPC, "no space left on device"),
+        ((records, "write_sidecar"), errno.ENOSPC, "no space left on device"),
         ((Path, "mkdir"), errno.EACCES, "permission denied"),
     ],
     ids=lambda value: str(value),
@@ -525,7 +505,7 @@ def test_what_hinders_an_output_names_it_and_leaves_nothing(
 
 def test_an_output_below_a_file_is_refused_in_its_own_name(inputs, run):
     (path,) = inputs(a="one")
-    for suffix in (".csv", ".h5"):
+    for suffix in (".csv", ".box"):
         output = f"{path}/out{suffix}"
         Path("list.csv").write_text(f"input,output\n{path},{output}\n")
         status, (o,), _ = run(manifest="list.csv")
@@ -533,7 +513,7 @@ def test_an_output_below_a_file_is_refused_in_its_own_name(inputs, run):
         assert o["error"] == f"{output}: cannot be written: not a directory"
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".h5"])
+@pytest.mark.parametrize("suffix", [".csv", ".box"])
 def test_a_limit_of_a_files_size_names_the_output(inputs, run, suffix):
     (path,) = inputs(a="x" * 100_000)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -551,44 +531,46 @@ def test_a_limit_of_a_files_size_names_the_output(inputs, run, suffix):
 def test_the_list_of_failed_inputs_is_a_manifest_that_puts_them_in_place(inputs, run):
     paths = inputs(S01__a="one", S02__a="wrong", S02__b="one")
     failed = Path("failed.csv")
-    run(*paths, output="out", failed=failed)
+    run(*paths, output="out", failed=failed, given=Whose(mood="good"))
     assert failed.read_text() == (
-        "input,output,subject,marker_set,side\nin/S02/a.txt,out/S02/a.h5,,,\n"
+        "input,output,who,style,mood\nin/S02/a.txt,out/S02/a.box,,,\n"
     )
     inputs(S02__a="right now")
-    status, objects, _ = run(manifest="failed.csv", failed=failed)
+    given = {"given": Whose(), "manifest": "failed.csv"}
+    status, objects, _ = run(failed=failed, **given)
     assert status == 0
-    assert [o["output"] for o in objects] == ["out/S02/a.h5"]
-    assert failed.read_text() == "input,output,subject,marker_set,side\n"
+    assert [o["output"] for o in objects] == ["out/S02/a.box"]
+    assert failed.read_text() == "input,output,who,style,mood\n"
     said = "failed.csv: the manifest lists no takes\n"
-    assert run(manifest="failed.csv") == (0, [], said)
-    assert run(manifest="failed.csv", quiet=True) == (0, [], "")
+    assert run(**given) == (0, [], said)
+    assert run(quiet=True, **given) == (0, [], "")
 
 
-@pytest.mark.parametrize("text", ["mine", "input,subject\na.c3d,S01.h5\n", "a.c3d\n"])
+@pytest.mark.parametrize("text", ["mine", "input,who\na.raw,S01.box\n", "a.raw\n"])
 def test_the_list_of_failed_inputs_replaces_only_an_older_one(inputs, run, text):
     paths = inputs(a="wrong")
     listed = Path("f.csv")
     listed.write_text(text)
     with pytest.raises(UsageError, match=r"f\.csv: is there already and no list of"):
-        run(*paths, output="out", failed=listed)
+        run(*paths, given=Whose(), output="out", failed=listed)
     assert listed.read_text() == text
-    _, _, err = run(*paths, output="out", failed=listed, overwrite=True)
+    _, _, err = run(*paths, given=Whose(), output="out", failed=listed, overwrite=True)
     assert "--failed: the f.csv that stood there is kept as f.csv~\n" in err
     assert Path("f.csv~").read_text() == text
     assert listed.read_text().startswith("input,output,")
-    run(*paths, output="out", failed=listed)
+    run(*paths, given=Whose(), output="out", failed=listed)
     listed.write_text("")
-    run(*paths, output="out", failed=listed)
+    run(*paths, given=Whose(), output="out", failed=listed)
     assert len(list(Path().glob("f.csv*"))) == 2
 
 
 def test_the_list_of_failed_inputs_never_replaces_a_list_of_inputs(inputs, run):
     inputs(a="wrong")
-    for text in ("in/a.txt\n", "input,side\nin/a.txt,left\n"):
+    for text in ("in/a.txt\n", "input,mood\nin/a.txt,good\n"):
         Path("list.csv").write_text(text)
         for overwrite in (False, True):
             given = {"failed": Path("list.csv"), "overwrite": overwrite}
+            given["given"] = Whose()
             with pytest.raises(UsageError, match="also an input"):
                 run(manifest="list.csv", output="out", **given)
         assert Path("list.csv").read_text() == text
@@ -629,7 +611,7 @@ def test_what_a_step_prints_does_not_meet_the_results(inputs, run):
 
 
 def test_a_step_without_outputs_writes_none(inputs, run):
-    status, (o,), _ = run(*inputs(a="one"), settings="print", suffixes=())
+    status, (o,), _ = run(*inputs(a="one"), settings="print", command=tally(()))
     assert (status, o["output"], o["words"]) == (0, None, 1)
     assert sorted(tree(".")) == ["in/a.txt"]
 
@@ -637,20 +619,20 @@ def test_a_step_without_outputs_writes_none(inputs, run):
 def test_reducing_gives_one_output_for_all(inputs, capfd):
     paths = inputs(a="one", b="two words")
     batch = Batch(inputs=paths, output="all.csv")
-    work = Work(command="tally", step="tally")
-    assert many.reduce(work, batch, (".csv",)) == 0
+    work = Work(command=tally())
+    assert many.reduce(work, batch) == 0
     assert capfd.readouterr().out == "in/a.txt, in/b.txt -> all.csv: 3 words\n"
     assert Path("all.csv").read_text() == "ONE TWO WORDS"
-    assert many.reduce(work, batch, (".csv",)) == 0
+    assert many.reduce(work, batch) == 0
     assert "skipped" in capfd.readouterr().out
     inputs(b="two more words")
-    assert many.reduce(work, batch, (".csv",)) == 0
+    assert many.reduce(work, batch) == 0
     assert "skipped" not in capfd.readouterr().out
 
 
 def test_a_warning_about_several_inputs_is_about_their_output(inputs, capfd):
     batch = Batch(inputs=inputs(a="odd", b="two"), output="all.csv")
-    many.reduce(Work(command="tally", step="tally"), batch, (".csv",))
+    many.reduce(Work(command=tally()), batch)
     assert capfd.readouterr().err == "all.csv: warning: is odd\n"
 
 
@@ -706,55 +688,68 @@ def test_a_list_of_failed_inputs_that_cannot_be_written_is_one_line(
     assert [path for path in Path().iterdir() if path.suffix == ".csv"] == []
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"marker_set": "maycock27"}, "--marker-set: no marker set is called"),
-        ({"marker_set": "none.toml"}, "--marker-set none.toml: no such file"),
-        ({"subjects": (Path("none.h5"),)}, "--subject none.h5: no such file"),
-        ({"subjects": (Path("in"),)}, "--subject in: is a folder"),
-        ({"subjects": (Path("in/a.txt"),)}, "--subject in/a.txt: "),
-        ({"files": {"prior": Path("none.h5")}}, "--prior none.h5: no such file"),
-        ({"files": {"prior": Path("in/a.txt")}}, "--prior in/a.txt: "),
-    ],
-    ids=str,
-)
-def test_a_wrong_hand_is_wrong_usage_before_anything_is_done(inputs, run, given, said):
-    with pytest.raises(UsageError) as caught:
-        run(*inputs(a="one", b="one"), output="out", **given)
-    assert str(caught.value).startswith(said)
-    assert "\n" not in str(caught.value)
+def wrong(batch, tasks):
+    raise UsageError(f"is none of {len(tasks)} inputs", where=batch.given.who[0])
+
+
+def test_what_a_commands_check_finds_is_told_before_anything_is_done(inputs, run):
+    given = Whose(who=(Path("who.box"),))
+    with pytest.raises(UsageError, match=r"^who\.box: is none of 2 inputs$"):
+        run(
+            *inputs(a="one", b="one"),
+            output="out",
+            given=given,
+            command=tally(check=wrong),
+        )
     assert not Path("out").exists()
+
+
+def test_a_place_for_another_kind_is_found_before_the_work_is_done(inputs, run):
+    write_box(Path("S01.box"), "subject", "Ada", [])
+    (path,) = inputs(a="bug")
+    command = tally(makes={".box": "tally"})
+    _, (o,), _ = run(path, output="S01.box", overwrite=True, command=command)
+    assert o["error"].startswith("S01.box: is a subject, which a tally never replaces")
 
 
 def test_what_is_wrong_with_a_row_of_a_manifest_names_its_take_and_its_line(
     inputs, run
 ):
-    inputs(a="one", b="one")
-    Path("l.csv").write_text("input,subject\nin/a.txt,\nin/b.txt,none.h5\n")
-    status, objects, _ = run(manifest="l.csv", output="out")
+    inputs(a="one", b="one", c="unsaid")
+    Path("l.csv").write_text("input,who\nin/a.txt,\nin/b.txt,none.box\nin/c.txt,\n")
+    status, objects, _ = run(manifest="l.csv", output="out", given=Whose())
     assert status == 1
     assert [o["error"] for o in objects] == [
         None,
-        "in/b.txt: none.h5: no such file (l.csv, line 3)",
+        "in/b.txt: none.box: no such file (l.csv, line 3)",
+        "in/c.txt: --who: is missing (l.csv, line 4)",
     ]
 
 
-@pytest.mark.parametrize("suffixes", [(".csv", ".h5"), ()], ids=["writes", "tells"])
+@pytest.mark.parametrize("word", ["one", "wrong"])
+def test_what_is_noted_of_damaged_files_is_told_whether_the_step_fails_or_not(
+    inputs, run, word
+):
+    _, (o,), _ = run(*inputs(damaged=word), output="out")
+    assert o["warnings"] == ["damaged.txt is damaged"]
+
+
+@pytest.mark.parametrize("suffixes", [(".csv", ".box"), ()], ids=["writes", "tells"])
 def test_a_folder_and_a_pattern_are_told_what_they_are(folder, run, suffixes):
     Path("raw").mkdir()
-    for name in ("a.trc", "b.trc", "c.c3d", "d.txt"):
+    for name in ("a.cut", "b.cut", "c.raw", "d.txt"):
         Path("raw", name).touch()
     Path("none").mkdir()
-    given = [Path("raw"), Path("none"), Path("raw/*.csv"), Path("ra?/*.trc")]
+    given = [Path("raw"), Path("none"), Path("raw/*.csv"), Path("ra?/*.cut")]
     settings = None if suffixes else "print"
-    status, objects, _ = run(*given, output="out", suffixes=suffixes, settings=settings)
+    command = tally(suffixes)
+    status, objects, _ = run(*given, output="out", command=command, settings=settings)
     assert status == 1
     assert [o["error"] for o in objects] == [
-        "raw: is a folder; give its files, such as raw/*.trc",
-        "none: is a folder; give its files, such as none/*.c3d",
+        "raw: is a folder; give its files, such as raw/*.cut",
+        "none: is a folder; give its files, such as none/*.raw",
         "raw/*.csv: no such file; as a pattern it matches none either",
-        "ra?/*.trc: no such file; without quotes it is the 2 files that match it",
+        "ra?/*.cut: no such file; without quotes it is the 2 files that match it",
     ]
 
 

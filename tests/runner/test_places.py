@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+from boxes import RECORDS, Whose
 
 from handclean.errors import UsageError
 from handclean.runner import places
@@ -49,46 +50,46 @@ WAYS = [
 def test_no_way_to_an_input_is_a_place_to_write_to(way):
     path = way() or "way"
     with pytest.raises(UsageError, match="is read as well as written"):
-        places.expect_apart([task(path)])
+        places.expect_apart([task(path)], RECORDS)
     with pytest.raises(UsageError, match="also an input"):
-        places.expect_unused(Path(path), [task("out.h5")])
+        places.expect_unused(Path(path), [task("out.box")], RECORDS)
 
 
 @pytest.mark.parametrize(
     "given",
     [
-        {"subjects": (Path("other"),)},
-        {"marker_set": "other.toml"},
+        {"given": Whose(who=(Path("other"),))},
+        {"given": Whose(style="other.toml")},
         {"files": {"prior": Path("other")}},
     ],
     ids=str,
 )
 def test_no_file_that_is_read_is_a_place_to_write_to(given):
-    name = given.get("marker_set", "other")
+    name = "other.toml" if "other.toml" in str(given) else "other"
     Path(name).write_text("is read")
     for read in (name, f"{name}.made.json", "raw/take.c3d.made.json"):
         with pytest.raises(UsageError, match="is read as well as written"):
-            places.expect_apart([task(read, **given)])
+            places.expect_apart([task(read, **given)], RECORDS)
     with pytest.raises(UsageError, match="is read as well as written"):
-        places.expect_apart([task("list.csv")], [Path("list.csv")])
-    places.expect_apart([task("out.h5", **given)])
+        places.expect_apart([task("list.csv")], RECORDS, [Path("list.csv")])
+    places.expect_apart([task("out.box", **given)], RECORDS)
 
 
 def test_an_output_and_the_record_of_another_are_no_one_file():
     with pytest.raises(UsageError, match=r"a\.csv\.made\.json: would be written twice"):
-        places.expect_apart([task("a.csv", "a.csv.made.json")])
+        places.expect_apart([task("a.csv", "a.csv.made.json")], RECORDS)
     with pytest.raises(UsageError, match="written twice"):
-        places.expect_apart([task("new/a.h5"), task("new/../new/a.h5")])
+        places.expect_apart([task("new/a.box"), task("new/../new/a.box")], RECORDS)
 
 
 def test_names_that_differ_in_case_are_one_where_case_does_not_count(monkeypatch):
-    tasks = [task("new/A.h5"), task("new/a.h5")]
-    places.expect_apart(tasks)
+    tasks = [task("new/A.box"), task("new/a.box")]
+    places.expect_apart(tasks, RECORDS)
     monkeypatch.setattr(places, "ignores_case", lambda folder: True)
     with pytest.raises(UsageError, match="written twice"):
-        places.expect_apart(tasks)
+        places.expect_apart(tasks, RECORDS)
     with pytest.raises(UsageError, match="written twice"):
-        places.expect_apart([task("u\u0308.h5"), task("\u00dc.h5")])
+        places.expect_apart([task("u\u0308.box"), task("\u00dc.box")], RECORDS)
 
 
 def test_whether_case_counts_is_seen_by_names_that_are_there(monkeypatch, tmp_path):

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+from boxes import Whose, tally
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,7 +12,7 @@ from handclean.errors import UsageError
 from handclean.runner import plan
 from handclean.runner.batch import Batch
 
-SUFFIXES = (".h5", ".c3d", ".csv")
+COMMAND = tally((".h5", ".c3d", ".csv"))
 
 
 @pytest.fixture(autouse=True)
@@ -21,7 +22,7 @@ def somewhere_empty(tmp_path, monkeypatch):
 
 def outputs(*names, **options):
     batch = Batch(inputs=tuple(map(Path, names)), **options)
-    tasks = plan.mapping(batch, plan.lines_of(batch), SUFFIXES)
+    tasks = plan.mapping(batch, plan.lines_of(batch), COMMAND)
     return [str(task.outputs[0]) for task in tasks]
 
 
@@ -90,7 +91,7 @@ def test_an_output_is_never_an_input():
     assert "read as well as written" in refusal("t.h5", output="t.h5")
     assert "read as well as written" in refusal("a.h5", "b.h5", output=".")
     assert "read as well as written" in refusal(
-        "t.c3d", output="s.h5", subjects=(Path("./s.h5"),)
+        "t.c3d", output="s.h5", given=Whose(who=(Path("./s.h5"),))
     )
 
 
@@ -111,48 +112,44 @@ def test_what_cannot_be_a_place_is_refused():
     assert refusal(output="out").startswith("inputs: there are none")
 
 
-def test_a_manifest_line_may_name_its_output_and_whose_hand_it_is():
+def test_a_manifest_line_may_name_its_output_and_what_else_is_said_of_it():
     Path("list.csv").write_text(
-        "input,output,subject,side,marker_set\n"
-        "a/t.c3d,there/x.csv,l.h5;r.h5,both,han19\n"
+        "input,output,who,mood,style\n"
+        "a/t.c3d,there/x.csv,l.h5;r.h5,good,plain\n"
         "b/t.c3d,,,,\n"
     )
+    own = Whose(who=(Path("s.h5"),), mood="fair", style="mine.ini")
     batch = Batch(
-        inputs=(Path("c/t.c3d"),),
-        manifest="list.csv",
-        output="out",
-        subjects=(Path("s.h5"),),
-        side="left",
-        marker_set="mine.toml",
+        inputs=(Path("c/t.c3d"),), manifest="list.csv", output="out", given=own
     )
-    tasks = plan.mapping(batch, plan.lines_of(batch), SUFFIXES)
+    tasks = plan.mapping(batch, plan.lines_of(batch), COMMAND)
     assert [str(task.outputs[0]) for task in tasks] == [
         "out/c/t.h5",
         "there/x.csv",
         "out/b/t.h5",
     ]
     first, second, third = (task.sources[0] for task in tasks)
-    assert second.subjects == (Path("l.h5"), Path("r.h5"))
-    assert (second.side, second.marker_set) == ("both", "han19")
-    assert second.marker_set_file is None
-    assert (
-        (third.side, third.subjects)
-        == ("left", first.subjects)
-        == (
-            "left",
-            (Path("s.h5"),),
-        )
-    )
-    assert third.marker_set_file == Path("mine.toml")
+    who = (Path("l.h5"), Path("r.h5"))
+    assert second.given == Whose(who=who, mood="good", style="plain")
+    assert (first.given, third.given) == (own, own)
+    assert list(second.reads) == ["input", "who 1", "who 2"]
+    assert third.reads["style"] == Path("mine.ini")
+
+
+def test_a_line_that_says_what_cannot_be_is_named():
+    Path("list.csv").write_text("input,mood\na.c3d,bad\n")
+    batch = Batch(manifest="list.csv", output="out", given=Whose())
+    with pytest.raises(UsageError, match=r"^list\.csv, line 2: mood should be good"):
+        plan.mapping(batch, plan.lines_of(batch), COMMAND)
 
 
 def test_reducing_wants_one_file():
     lines = plan.lines_of(Batch(inputs=(Path("a.h5"), Path("b.h5"))))
-    task = plan.reducing(Batch(output="s.h5"), lines, (".h5",))
+    task = plan.reducing(Batch(output="s.h5"), lines, tally((".h5",)))
     assert len(task.sources) == 2
     assert task.outputs == (Path("s.h5"),)
     for output in (None, "s", "s.c3d", "a.h5"):
         with pytest.raises(UsageError):
-            plan.reducing(Batch(output=output), lines, (".h5",))
+            plan.reducing(Batch(output=output), lines, tally((".h5",)))
     with pytest.raises(UsageError, match="lists no takes"):
         plan.reducing(Batch(output="s.h5"), (), (".h5",))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Floats
+from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, HandcleanError
 from handclean.glove import readings as checks
 from handclean.glove.calibrate import Calibration, RotationFit, Wearing
@@ -216,9 +217,8 @@ def opened(source: Source, glove: Glove) -> tuple[ReadingsFile, Any]:
     FileError
         If it is not readings, is of another glove, or lacks a sensor.
     """
-    found = open_readings(
-        source.path, rate_hz=source.rate_hz, sensors=len(glove.sensors)
-    )
+    rate = options_of(source).rate_hz
+    found = open_readings(source.path, rate_hz=rate, sensors=len(glove.sensors))
     said = found.facts.get("glove")
     if isinstance(said, str) and said and said != glove.name:
         raise FileError(
@@ -255,9 +255,10 @@ def glove_of(source: Source, name: str) -> Glove:
 
 def tree_of(source: Source, glove: Glove) -> tuple[JointTree, Subject | None]:
     """The hand in the glove: the subject's, else the template with a forearm."""
-    if source.subjects:
-        subject = read_subject(source.subjects[0])
+    told = options_of(source)
+    if told.subjects:
+        subject = read_subject(told.subjects[0])
         return glove.hand.tree(subject.model.tree), subject
-    side = source.side if source.side in ("left", "right") else "right"
+    side = told.side if told.side in ("left", "right") else "right"
     wrist = "wrist_flexion" in glove.hand.rotations
     return glove.hand.tree(template(side, forearm=wrist)), None

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from handclean.api.hands import Hands, names_of
+from handclean.commands.shared import needs
+from handclean.commands.shared.take_options import TakeOptions, options_of
 from handclean.errors import HandcleanError, UsageError, Where
 from handclean.hand.marker_set import MarkerSet, load_marker_set
 from handclean.hand.skeleton import rigid_subject
@@ -14,8 +16,8 @@ from handclean.ik.prior import PosturePrior
 from handclean.io.hdf5 import seal
 from handclean.io.hdf5.prior import read_prior
 from handclean.io.hdf5.subject import read_subject
-from handclean.runner import needs, provenance
 from handclean.runner.batch import Batch, Source
+from handclean.runner.records import digest
 
 
 def check(batch: Batch, *, marked: bool = False, least: int = 1) -> None:
@@ -32,32 +34,33 @@ def check(batch: Batch, *, marked: bool = False, least: int = 1) -> None:
         If a subject, the marker set or the prior is not there or not one, if two
         subjects are of the same side, or if one has too few markers.
     """
-    with seal.tolerated(batch.lenient):
-        _check(batch, marked=marked, least=least)
+    told = options_of(batch)
+    with seal.tolerated(told.lenient):
+        _check(told, batch.files.get("prior"), marked=marked, least=least)
 
 
-def _check(batch: Batch, *, marked: bool, least: int) -> None:
+def _check(told: TakeOptions, prior: Path | None, *, marked: bool, least: int) -> None:
     found = []
-    for path in batch.subjects:
+    for path in told.subjects:
         with _usage("--subject"):
-            provenance.digest(path)
+            digest(path)
             found.append((path, read_subject(path)))
-    _of_side(found, batch.side)
+    _of_side(found, told.side)
     if marked:
         _expect_markers(found, least)
-    if batch.marker_set:
+    if told.marker_set:
         with _usage("--marker-set"):
-            markers = load_marker_set(batch.marker_set)
+            markers = load_marker_set(told.marker_set)
         labels = markers.labels
         if marked:
-            _expect_enough(f"--marker-set {batch.marker_set}", len(labels), least)
-            _expect_worn(batch.marker_set, found)
-        if marked and not found and batch.side != "both":
-            _on_nobody(markers, batch.side)
-    if given := batch.files.get("prior"):
+            _expect_enough(f"--marker-set {told.marker_set}", len(labels), least)
+            _expect_worn(told.marker_set, found)
+        if marked and not found and told.side != "both":
+            _on_nobody(markers, told.side)
+    if prior is not None:
         with _usage("--prior"):
-            provenance.digest(given)
-            read_prior(given)
+            digest(prior)
+            read_prior(prior)
 
 
 @contextmanager
@@ -98,15 +101,16 @@ def named(
         If a file is not what it should be.
     """
     found: list[tuple[Path | None, Subject]] = []
-    if not source.subjects:
-        template = _template(source)
+    told = options_of(source)
+    if not told.subjects:
+        template = _template(told)
         if marked:
             count = len(template.model.labels)
-            _expect_enough(f"--marker-set {source.marker_set}", count, least)
+            _expect_enough(f"--marker-set {told.marker_set}", count, least)
         found.append((None, template))
     else:
-        read = [(path, read_subject(path)) for path in source.subjects]
-        found += _of_side(read, source.side)
+        read = [(path, read_subject(path)) for path in told.subjects]
+        found += _of_side(read, told.side)
         if marked:
             _expect_markers(read, least)
     names = names_of(subject for _, subject in found)
@@ -202,7 +206,7 @@ def of_source(source: Source, *, least: int = 1, with_prior: bool = True) -> Han
         subjects={name: subject for name, (subject, _) in found.items()},
         identities={name: _identity(source, file) for name, (_, file) in found.items()},
         prior=prior(source) if with_prior else None,
-        prior_sha256=None if given is None else provenance.digest(given),
+        prior_sha256=None if given is None else digest(given),
     )
 
 
@@ -214,7 +218,7 @@ def of_only_source(source: Source) -> Hands:
     UsageError
         If there are several; and as `of_source`.
     """
-    found = of_source(source, least=needs.LEAST["label"])
+    found = of_source(source, least=needs.LABELLED)
     if len(found.subjects) > 1:
         raise UsageError(
             f"--subject: {len(found.subjects)} hands cannot be labelled at once yet; "
@@ -226,9 +230,10 @@ def of_only_source(source: Source) -> Hands:
 def _identity(source: Source, file: Path | None) -> str:
     """Name who has which markers, as records do: by the digest of a file."""
     if file is not None:
-        return provenance.digest(file)
-    of_set = source.marker_set_file
-    return source.marker_set if of_set is None else provenance.digest(of_set)
+        return digest(file)
+    told = options_of(source)
+    of_set = told.marker_set_file
+    return told.marker_set if of_set is None else digest(of_set)
 
 
 def prior(source: Source) -> PosturePrior:
@@ -243,13 +248,13 @@ def prior(source: Source) -> PosturePrior:
     return read_prior() if given is None else read_prior(given)
 
 
-def _template(source: Source) -> Subject:
-    if not source.marker_set:
+def _template(told: TakeOptions) -> Subject:
+    if not told.marker_set:
         raise needs.no_hand()
-    marker_set = load_marker_set(source.marker_set)
-    if source.side == "both":
+    marker_set = load_marker_set(told.marker_set)
+    if told.side == "both":
         raise UsageError("--side both: needs a --subject for each hand")
-    return _on_nobody(marker_set, source.side)
+    return _on_nobody(marker_set, told.side)
 
 
 def _on_nobody(marker_set: MarkerSet, side: str) -> Subject:

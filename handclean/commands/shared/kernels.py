@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from handclean.commands.shared.formats import FORMATS
 from handclean.errors import HandcleanError
 from handclean.gaps.fill import fill
 from handclean.hand import model
@@ -60,12 +61,21 @@ from handclean.layouts.feasible import feasible
 from handclean.layouts.optimize import SEARCHES, optimize
 from handclean.layouts.problem import make_problem, on_bones
 from handclean.layouts.settings import LayoutConfig
-from handclean.runner.batch import Source, Task, Work
+from handclean.runner.batch import Source, Task
+from handclean.runner.command import Command, Work
 from handclean.runner.workers import in_workers
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import Trial, simulate
 from handclean.subject.calibrate import calibrate
 from handclean.subject.settings import CalibrateConfig
+
+WARM = Command(
+    name="warm",
+    step="handclean.commands.warm",
+    formats=FORMATS,
+    compiling="compiling kernels, which takes a minute or two ...",
+)
+"""What a process does of ``warm``."""
 
 TAKE = SimulateConfig(duration_s=1.0, rate_hz=100.0, dropouts_per_s=0.5)
 EXERCISE = SimulateConfig(duration_s=21.0, rate_hz=25.0)
@@ -264,7 +274,7 @@ def _side_by_side(jobs: int) -> int:
     lanes = [Source(path=Path(" ".join(lane)), is_file=False) for lane in LANES]
     tasks = [Task(sources=(lane,)) for lane in lanes]
     compiled = 0
-    with closing(in_workers(Work(command="warm"), tasks, jobs, lambda: True)) as ended:
+    with closing(in_workers(Work(command=WARM), tasks, jobs, lambda: True)) as ended:
         for _, report in ended:
             if report.status == "failed":
                 raise HandcleanError(report.error)

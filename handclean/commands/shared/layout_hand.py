@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from handclean.commands.shared.take_options import options_of
 from handclean.errors import Place, UsageError
 from handclean.hand.surface import Surface
 from handclean.hand.template import template
@@ -37,16 +38,17 @@ def wearer(
     UsageError
         If there are several subjects, or the one is not of the side asked for.
     """
-    side = "" if source.side == "both" else source.side
-    if len(source.subjects) > 1:
+    told = options_of(source)
+    side = "" if told.side == "both" else told.side
+    if len(told.subjects) > 1:
         raise UsageError("--subject: is given twice; a layout is for one hand")
-    if not source.subjects:
+    if not told.subjects:
         known = Counter(s for s in sides if s)
         side = side or (max(known, key=known.__getitem__) if known else "right")
         tree = template(side, forearm=forearm)
         surface = template_surface(tree)
         return Wearer(name="template hand", tree=tree, surface=surface)
-    (path,) = source.subjects
+    (path,) = told.subjects
     subject = read_subject(path)
     tree = subject.model.tree
     if tree.kind != "hand":

@@ -5,13 +5,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from handclean.commands.shared.formats import RECORDS
+from handclean.commands.shared.take_options import options_of
 from handclean.hand.subject import Subject
 from handclean.hand.surface import Surface
 from handclean.io import files
 from handclean.recording import Recording
 from handclean.remarks import texts
 from handclean.runner import noted
-from handclean.runner import provenance as record
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome, Writer
 
@@ -26,17 +27,18 @@ def read(source: Source) -> Recording:
     HandcleanError
         If it cannot be read as what it claims to be.
     """
+    told = options_of(source)
     recording = files.read(
         source.path,
-        rate_hz=source.rate_hz,
-        unit=source.unit,
-        lenient=source.lenient,
-        believe_coordinates=source.believe_coordinates,
+        rate_hz=told.rate_hz,
+        unit=told.unit,
+        lenient=told.lenient,
+        believe_coordinates=told.believe_coordinates,
     )
     remember(source, recording)
     if recording.provenance:
         return recording
-    return replace(recording, provenance=record.of(source.path))
+    return replace(recording, provenance=RECORDS.of(source.path))
 
 
 def remember(source: Source, recording: Recording) -> Recording:

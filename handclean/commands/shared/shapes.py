@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from handclean.commands.shared.formats import RECORDS
+from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
 from handclean.hand.subject import Subject
 from handclean.hand.surface import vertex_normals
@@ -17,7 +19,6 @@ from handclean.io.hdf5.subject import FORMAT, read_subject, write_subject
 from handclean.io.mesh.meshes import Mesh, read_mesh, write_mesh
 from handclean.io.shapes import read_hand
 from handclean.remarks import texts
-from handclean.runner import provenance as record
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
@@ -61,7 +62,7 @@ def mesh(source: Source) -> Outcome:
             + "; 'handclean calibrate-hand scan' makes a subject of it",
             where=source.path,
         )
-    found = read_mesh(source.path, unit=source.unit)
+    found = read_mesh(source.path, unit=options_of(source).unit)
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
         return texts(write_mesh(path, found))
@@ -72,7 +73,7 @@ def mesh(source: Source) -> Outcome:
         figures={"vertices": count, "faces": faces},
         warnings=texts(found.remarks),
         writers=(write,),
-        history=record.of(source.path),
+        history=RECORDS.of(source.path),
     )
 
 
@@ -97,7 +98,7 @@ def skinned(source: Source, joint_map: str) -> Outcome:
             "its motion is not read, only the hand; convert what the file was made "
             "from (.h5, .bvh) for the motion"
         )
-    return subject(source, found.subject, warnings, record.of(source.path))
+    return subject(source, found.subject, warnings, RECORDS.of(source.path))
 
 
 def subject_file(source: Source) -> Outcome:
@@ -108,7 +109,7 @@ def subject_file(source: Source) -> Outcome:
     HandcleanError
         If it cannot be read.
     """
-    return subject(source, read_subject(source.path), (), record.of(source.path))
+    return subject(source, read_subject(source.path), (), RECORDS.of(source.path))
 
 
 def subject(

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from takes import take_source
 
 from handclean.commands.shared.choices import Filling, Solving
+from handclean.commands.table import COMMANDS
 from handclean.gaps.settings import FillConfig
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
@@ -16,7 +18,8 @@ from handclean.io.hdf5.prior import read_prior, write_prior
 from handclean.io.hdf5.subject import write_subject
 from handclean.recording import Origin, Recording, trajectories
 from handclean.runner import plan
-from handclean.runner.batch import Source, Task, Work
+from handclean.runner.batch import Task
+from handclean.runner.command import Work
 from handclean.runner.execute import execute
 
 RATE, FRAMES = 100.0, 120
@@ -26,7 +29,7 @@ SOLVING = Solving(solve=SolveConfig(), standard=False)
 
 def made(command, settings, source, output):
     task = Task(sources=(source,), outputs=(output,), token=plan.token())
-    report = execute(Work(command=command, settings=settings), task)
+    report = execute(Work(command=COMMANDS[command], settings=settings), task)
     assert report.status == "done", report.error + report.trace
     return report
 
@@ -52,7 +55,7 @@ def folder(tmp_path_factory):
     places[GAP, ["INDEX" in label for label in labels]] = np.nan
     take = Recording(rate=RATE, frames=FRAMES, markers=trajectories(places, labels))
     files.write(folder / "take.h5", take)
-    source = Source(path=folder / "take.h5", subjects=(folder / "S.h5",))
+    source = take_source(path=folder / "take.h5", subjects=(folder / "S.h5",))
     filling = Filling(fill=FillConfig(), solve=SolveConfig())
     report = made("fill-gaps", filling, source, folder / "filled.h5")
     assert report.figures["filled"] > 0
@@ -66,7 +69,7 @@ def solve(folder, tmp_path):
     def go(path, settings=SOLVING, **given):
         given = {"subjects": (folder / "S.h5",), **given}
         output = tmp_path / f"{plan.token()}.h5"
-        report = made("solve", settings, Source(path=path, **given), output)
+        report = made("solve", settings, take_source(path=path, **given), output)
         told = [w for w in report.warnings if "solved anew" in w]
         (motion,) = files.read(output).motions.values()
         return motion, report.figures["kept"], told, output
@@ -94,7 +97,7 @@ def test_what_filling_bridged_is_kept_and_kept_again(folder, solve):
 
 
 def test_a_converted_session_is_still_what_was_filled(folder, solve, tmp_path):
-    source = Source(path=folder / "filled.h5")
+    source = take_source(path=folder / "filled.h5")
     made("convert", None, source, tmp_path / "copy.h5")
     motion, kept, told, _ = solve(tmp_path / "copy.h5")
     assert (kept, told) == (1, [])
@@ -145,7 +148,7 @@ def test_another_subject_prior_or_setting_starts_anew_and_it_is_said(
 
 def test_the_template_is_known_by_its_marker_set(folder, solve, tmp_path):
     worn = {"subjects": (), "marker_set": "schroeder17"}
-    source = Source(path=folder / "take.h5", **worn)
+    source = take_source(path=folder / "take.h5", **worn)
     filling = Filling(fill=FillConfig(), solve=SolveConfig())
     made("fill-gaps", filling, source, tmp_path / "filled.h5")
     assert solve(tmp_path / "filled.h5", **worn)[1:3] == (1, [])

@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+from takes import take_source
 
 from handclean.commands.shared import motions
 from handclean.commands.shared.choices import LearnConfig
+from handclean.commands.table import COMMANDS
 from handclean.errors import HandcleanError
 from handclean.hand.template import template
 from handclean.io import files
 from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Recording, motion_from_poses
-from handclean.runner.batch import Source, Task, Work
+from handclean.runner.batch import Task
+from handclean.runner.command import Work
 from handclean.runner.execute import execute
 
 FRAMES = 400
@@ -49,12 +52,12 @@ def some(count):
 
 
 def learn(*paths, held_out=(), share=0.99):
-    sources = [Source(path=path) for path in paths]
+    sources = [take_source(path=path) for path in paths]
     given = {f"held_out {n}": path for n, path in enumerate(held_out)}
-    sources[0] = Source(path=paths[0], files=given)
+    sources[0] = take_source(path=paths[0], files=given)
     output = paths[0].with_suffix(".prior.h5")
     task = Task(sources=tuple(sources), outputs=(output,), token="t", reduces=True)
-    work = Work(command="learn subspace", settings=LearnConfig(share=share))
+    work = Work(command=COMMANDS["learn subspace"], settings=LearnConfig(share=share))
     return execute(work, task), output
 
 
@@ -105,7 +108,7 @@ def test_held_out_frames_that_are_not_trusted_do_not_count(write):
 
 
 def test_layouts_are_made_for_and_judged_on_trusted_frames(write):
-    (motion,) = motions.read(Source(path=write("a.h5", some(30))), [])
+    (motion,) = motions.read(take_source(path=write("a.h5", some(30))), [])
     takes = [motions.angles(motion, motion.names)]
     assert motions.known(takes) == 30
     assert len(motions.on_tree(motion, template("right"))) == 30

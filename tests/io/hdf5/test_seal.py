@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from handclean.commands.shared import glove_files
+from handclean.commands.shared.formats import RECORDS
 from handclean.errors import FileError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
@@ -21,7 +22,6 @@ from handclean.io.hdf5.prior import read_prior, write_prior
 from handclean.io.hdf5.session import write_session
 from handclean.io.hdf5.subject import read_subject, write_subject
 from handclean.recording import Recording
-from handclean.runner import provenance
 from tests.edits import edited
 from tests.io.hdf5.test_session import a_take
 from tests.linear_glove import GLOVE, linear_samples
@@ -165,11 +165,11 @@ def test_the_user_block_says_where_provenance_is(tmp_path):
     with h5py.File(path) as file:
         kept = [text.encode() for text in file["provenance"].asstr()[()]]
     assert seal.provenance(path) == kept
-    assert provenance.of(path) == told
+    assert RECORDS.of(path) == told
     with h5py.File(tmp_path / "b.h5", "w") as file:
         file["provenance"] = ["{}"]
     assert seal.provenance(tmp_path / "b.h5") is None
-    assert provenance.of(tmp_path / "b.h5") == ({},)
+    assert RECORDS.of(tmp_path / "b.h5") == ({},)
 
 
 def test_provenance_of_very_unlike_lengths_takes_no_room_and_comes_back(tmp_path):
@@ -178,7 +178,7 @@ def test_provenance_of_very_unlike_lengths_takes_no_room_and_comes_back(tmp_path
     write_session(path, Recording(rate=1.0, frames=1, provenance=told))
     assert path.stat().st_size < 300_000
     assert files.read(path).provenance == told
-    assert provenance.of(path) == told
+    assert RECORDS.of(path) == told
 
 
 def test_a_whole_file_is_known_again_without_the_library(tmp_path, monkeypatch):

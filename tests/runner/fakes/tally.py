@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from boxes import RECORDS, SUFFIX, write_box
 
 from handclean.errors import (
     TAKE,
@@ -15,11 +16,7 @@ from handclean.errors import (
     TakeNumber,
     UsageError,
 )
-from handclean.io.hdf5.file import write_h5
-from handclean.io.hdf5.parts import Part
-from handclean.io.hdf5.provenance import provenance_item
 from handclean.runner import noted, seeding
-from handclean.runner import provenance as record
 from handclean.runner.outcome import Outcome
 
 EVIL = "\x1b]0;title\x07\u202e"
@@ -42,9 +39,8 @@ def tally(source, settings):
     figures = {"words": len(words), "draw": rng.random(), "gap": float("nan")}
 
     def write(path, provenance):
-        if path.suffix == ".h5":
-            items = {**provenance_item(provenance), "text": text}
-            write_h5(path, "tally", Part(items=items))
+        if path.suffix == SUFFIX:
+            write_box(path, "tally", text, provenance)
             return None
         path.write_text(text.upper())
         if words[:1] == ["linger"]:
@@ -69,7 +65,7 @@ def tally(source, settings):
         figures=figures,
         warnings=warnings,
         writers=(write,) if settings != "print" else (),
-        history=() if isinstance(source, tuple) else record.of(source.path),
+        history=() if isinstance(source, tuple) else RECORDS.of(source.path),
     )
 
 
@@ -88,6 +84,8 @@ def act(source, word="", argument="", begun=""):
         raise FileError(Place(Path("other.toml"), " line 7"), "is wrong")
     if word in ("take", "nowhere"):
         raise HandcleanError("has no rate", where=TAKE if word == "take" else None)
+    if word == "unsaid":
+        raise UsageError("is missing", where="--who")
     if word == "second":
         raise HandcleanError("has no rate", where=TakeNumber(1))
     if word == "appears":

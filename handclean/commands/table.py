@@ -1,0 +1,78 @@
+"""All commands, as the runner has to know them; imports nothing heavy."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from handclean.commands.shared.formats import FORMATS, H5, RECORDINGS
+from handclean.commands.shared.needs import LABELLED, Needs
+from handclean.io.formats import MESHES
+from handclean.runner.batch import Batch
+from handclean.runner.command import Check, Command, Work
+
+COMPILING = (
+    "compiling kernels (first run after an install or update; "
+    "`handclean warm` does it ahead) ..."
+)
+
+SESSION = {H5: "session"}
+SUBJECT = {H5: "subject"}
+CALIBRATION = {H5: "glove calibration"}
+
+
+def _command(
+    name: str,
+    suffixes: tuple[str, ...] = (),
+    makes: Mapping[str, str] | None = None,
+    check: Check | None = None,
+    step: str = "",
+) -> Command:
+    """Make a command, whose step is called as it is unless another is named."""
+    module = step or name.replace(" ", "_").replace("-", "_")
+    return Command(
+        name=name,
+        step=f"handclean.commands.{module}",
+        formats=FORMATS,
+        suffixes=suffixes,
+        makes=makes or {},
+        check=check or Needs(),
+        compiling=COMPILING,
+    )
+
+
+HAND = Needs(hand=True)
+ENOUGH = Needs(hand=True, markers=LABELLED)
+
+COMMANDS = {
+    command.name: command
+    for command in (
+        _command("inspect"),
+        _command("clean", RECORDINGS, SESSION, ENOUGH),
+        _command("label", RECORDINGS, SESSION, ENOUGH),
+        _command("fill-gaps", RECORDINGS, SESSION, HAND),
+        _command("solve", RECORDINGS, SESSION, HAND),
+        _command("calibrate-hand markers", (H5,), SUBJECT, Needs(marker_set=True)),
+        _command("calibrate-hand scan", (H5,), SUBJECT),
+        _command(
+            "calibrate-glove examine", (".toml",), {".toml": "description of a glove"}
+        ),
+        _command("calibrate-glove sample", (H5,), {H5: "glove samples"}),
+        _command("calibrate-glove fit", (H5,), CALIBRATION),
+        _command("calibrate-glove rewear", (H5,), CALIBRATION),
+        _command("calibrate-glove apply", RECORDINGS, SESSION),
+        _command("learn subspace", (H5,), {H5: "posture prior"}),
+        _command("optimize-layout", (".toml",), {".toml": "marker set"}),
+        _command("simulate"),
+        _command("compare"),
+        _command("convert", (*RECORDINGS, *MESHES)),
+    )
+}
+"""Commands by name. `Command.makes` is left out where what is made depends on what is
+read: what was made is looked at in any case."""
+
+JUDGE_LAYOUTS = _command("optimize-layout", step="evaluate_layout")
+"""``optimize-layout --evaluate``, which writes nothing."""
+
+
+def work_of(name: str, batch: Batch, settings: Any = None) -> Work:
+    """Make the work of the command of this name."""
+    return Work.of(COMMANDS[name], batch, settings)
