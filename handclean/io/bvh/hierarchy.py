@@ -9,6 +9,9 @@ from handclean.io.shared.reading import check_unique, text
 PLACES = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
 TURNS = {"Xrotation": "x", "Yrotation": "y", "Zrotation": "z"}
 _MOST_JOINTS = 10_000
+MOST_NUMBER = 1e12
+"""No length and no angle is larger, whatever its unit (chosen): numbers computed from
+them stay numbers."""
 
 
 class Hierarchy:
@@ -92,6 +95,8 @@ class Hierarchy:
             value = np.nan
         if not np.isfinite(value):
             raise FileError(self._lines.where, f"'{word[:20]}' is not a number")
+        if abs(value) > MOST_NUMBER:
+            raise FileError(self._lines.where, f"'{word[:20]}' is too large a number")
         return value
 
     def _check_channels(self, count: str, kinds: list[str]) -> None:

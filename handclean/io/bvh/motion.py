@@ -17,7 +17,7 @@ import numpy as np
 from handclean.arrays import Floats, Ints
 from handclean.errors import FileError, UnknownNameError
 from handclean.hand.template import FINGERS, bone_frame, distal_length
-from handclean.io.bvh.hierarchy import PLACES, TURNS, Hierarchy
+from handclean.io.bvh.hierarchy import MOST_NUMBER, PLACES, TURNS, Hierarchy
 from handclean.io.shared.grid import Form, Lines, read_numbers
 from handclean.io.shared.reading import load_text, positive, text
 from handclean.io.shared.rotations import (
@@ -122,6 +122,8 @@ def read_bvh(path: Path, *, lenient: bool = False) -> BvhMotion:
     frames, joints = len(values), len(tree.names)
     if np.isnan(values).any():
         raise FileError(path, "a channel is not a number")
+    if np.abs(values).max(initial=0.0) > MOST_NUMBER:
+        raise FileError(path, "a channel is too large a number")
     if frames * joints > 2 * values.size + 1000:
         raise FileError(path, "most of its joints have no channels")
     if frames != claim:

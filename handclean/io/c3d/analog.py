@@ -111,8 +111,7 @@ def read_analog(structure: Structure, rate: float) -> Analog | None:
 def _stored(raw: Words, structure: Structure, unsigned: bool) -> Floats:
     processor = structure.head.processor
     if structure.layout.is_float:
-        with np.errstate(invalid="ignore"):  # a signalling NaN
-            return floats_from_words(raw, processor).astype(np.float64)
+        return floats_from_words(raw, processor).astype(np.float64)
     shorts = shorts_from_words(raw, processor)
     return (shorts.view(np.uint16) if unsigned else shorts).astype(np.float64)
 
