@@ -9,8 +9,8 @@ to fill) would explain distinctly more.
 So a marker further out decides the chain it hangs on (Maycock 2015 section III-C) as
 far as the geometry allows, and a joint without any marker beyond it is not affected by
 anything, except through the posture subspace: with a prior, joints that only follow it
-(of which markers explain less than `TOLD`) are affected in every frame in which some
-other joint is (Schroeder 2017, "Fully automatic tracking").
+(of which markers explain less than `MIN_EXPLAINED_SHARE`) are affected in every frame
+in which some other joint is (Schroeder 2017, "Fully automatic tracking").
 
 That is said of small steps. A chain may also have two postures for one place of its
 marker, an elbow up and an elbow down, and inverse kinematics may change over while a
@@ -28,7 +28,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, runs
 from handclean.gaps.uncertainty import spread
 from handclean.hand.model import Model
-from handclean.ik.doubt import TOLD, prior_precision, stretches_of
+from handclean.ik.doubt import MIN_EXPLAINED_SHARE, prior_precision, stretches_of
 from handclean.tree import POSE_HEAD, ROOT_DOFS
 
 DECIDED = 0.9
@@ -98,7 +98,7 @@ def decide(
         )
     )  # fmt: skip
     left, left_hoped = left * precision, left_hoped * precision
-    weak, untold = left > 1.0 - DECIDED, left > 1.0 - TOLD
+    weak, untold = left > 1.0 - DECIDED, left > 1.0 - MIN_EXPLAINED_SHARE
     sigma = np.where(untold, np.nan, np.sqrt(variance))[:, ROOT_DOFS:]
     missing = np.any(here != hoped, axis=1)
     touched = weak & (left > left_hoped + DISTINCT) & missing[:, None]

@@ -16,7 +16,7 @@ from handclean.gaps.settings import FillConfig
 from handclean.hand.model import Model, marker_positions
 from handclean.hand.subject import Subject
 from handclean.ik.decide import DECIDED_SD
-from handclean.ik.doubt import doubt_of_take, zero_sigma
+from handclean.ik.doubt import AngleUncertainty, uncertainty_of_take, zero_sigma
 from handclean.ik.noise import marker_noise
 from handclean.ik.prior import PosturePrior, knowing
 from handclean.ik.residual_test import plausible
@@ -217,17 +217,20 @@ def _doubt(
     noise: Floats,
     prior: PosturePrior | None,
     nominal_m: float,
-) -> tuple[Floats, Floats, Floats]:
-    """(T,), (T, D) [rad] doubt of root and hinges, without that of zeros, (T, D) off.
+) -> AngleUncertainty:
+    """How uncertain angles are, but for their zeros.
 
-    See `doubt_of_take`; what is bridged is as sure as its path.
+    See `uncertainty_of_take`; what is bridged is as sure as its path.
     """
-    root, sigma, off = doubt_of_take(
+    found = uncertainty_of_take(
         subject, positions, posture.poses, solution, noise, prior, nominal_m
     )
-    root = np.where(posture.bridged_root, 0.0, root)
     bridged = posture.bridged
-    return root, np.where(bridged, posture.sigma, sigma), np.where(bridged, 0.0, off)
+    return AngleUncertainty(
+        root=np.where(posture.bridged_root, 0.0, found.root),
+        hinges=np.where(bridged, posture.sigma, found.hinges),
+        off=np.where(bridged, 0.0, found.off),
+    )
 
 
 def _motion(
@@ -235,7 +238,7 @@ def _motion(
     posture: Posture,
     solution: Solution,
     subject: Subject,
-    doubt: tuple[Floats, Floats, Floats],
+    uncertainty: AngleUncertainty,
     *,
     prior: bool,
 ) -> Motion:
@@ -250,14 +253,14 @@ def _motion(
     count = seen.sum(axis=1)
     mean = np.nansum(square, axis=1) / np.maximum(count, 1)
     residual = np.where(count > 0, np.sqrt(mean), np.nan)
-    root, sigma, off = doubt
+    sigma = uncertainty.hinges
     known = solution.trusted | posture.bridged_root
     if prior:
         known |= posture.bridged.any(axis=1)
-        known &= (root <= DECIDED_SD.root_rad) & (sigma <= DECIDED_SD.hinge_rad).all(
-            axis=1
-        )
-        known &= (off <= DECIDED_SD.hinge_rad).all(axis=1)
+        known &= (uncertainty.root <= DECIDED_SD.root_rad) & (
+            sigma <= DECIDED_SD.hinge_rad
+        ).all(axis=1)
+        known &= (uncertainty.off <= DECIDED_SD.hinge_rad).all(axis=1)
     known &= ~posture.open_root
     return motion_from_poses(
         subject.model.tree.hinges,

@@ -9,7 +9,6 @@ so its degrees of freedom have the variances diag(A^-1), and a marker that is no
 is off by trace(J_m A^-1 J_m^T), a squared distance.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from handclean.ik.solve import chain_of
 from handclean.kernels import jit
 from handclean.kernels.chain import marker_jacobian, place_links, place_points
 from handclean.kernels.gauss_newton import Chain, Workspace, make_workspace
+from handclean.kernels.linalg import invert
 from handclean.tree import ROOT_DOFS
 
 
@@ -42,42 +42,6 @@ class Spread(NamedTuple):
 
     variance: Floats
     distance: Floats
-
-
-@jit
-def invert(a: Floats, out: Floats) -> None:
-    """Write the inverse of a symmetric positive matrix, by Cholesky.
-
-    Parameters
-    ----------
-    a : (N, N), whose lower triangle is overwritten; out : (N, N), overwritten in full.
-    """
-    size = a.shape[0]
-    for i in range(size):
-        for j in range(i + 1):
-            total = a[i, j]
-            for n in range(j):
-                total -= a[i, n] * a[j, n]
-            a[i, j] = math.sqrt(total) if i == j else total / a[j, j]
-    for c in range(size):  # the inverse of the factor, then its square
-        for i in range(size):
-            total = 1.0 if i == c else 0.0
-            if i >= c:
-                for n in range(c, i):
-                    total -= a[i, n] * out[n, c]
-                out[i, c] = total / a[i, i]
-            else:
-                out[i, c] = 0.0
-    for i in range(size):
-        for j in range(i + 1):
-            total = 0.0
-            for n in range(i, size):
-                total += out[n, i] * out[n, j]
-            a[i, j] = total
-    for i in range(size):
-        for j in range(i + 1):
-            out[i, j] = a[i, j]
-            out[j, i] = a[i, j]
 
 
 @jit

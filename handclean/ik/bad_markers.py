@@ -2,9 +2,9 @@
 
 Frames whose residual is far more than this subject's say that something is wrong with
 them, not what: a pose spreads the error of one marker over its finger and the hand. So
-some of them are solved again without each marker in turn; one without which they fit as
-usual is the one. If none is, the one without which they fit best is left out, too, and
-so on: two markers that have changed names are two.
+some of them are solved again without each marker in turn. If they fit as usual without
+one, that marker is wrong. If there is none, the marker without which they fit best is
+left out as well, and so on: of two markers that have changed names, both are wrong.
 """
 
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.hand.subject import Subject
 from handclean.ik.prior import PosturePrior
-from handclean.ik.residual_test import FAR, usual_residual
+from handclean.ik.residual_test import IMPLAUSIBLE_RATIO, usual_residual
 from handclean.ik.solve import solve_markers
 from handclean.recording import Recording
 
-LEAST = 5
-"""Frames that are worth a word."""
+MIN_FRAMES = 5
+"""Frames that do not fit, from which on it is said. Chosen."""
 
-FRAMES = 20
-"""Frames that are solved again."""
+SOLVED_FRAMES = 20
+"""Frames that are solved again, at most. Chosen."""
 
-AT_MOST = 3
-"""Markers that may be wrong at the same time."""
+MAX_MARKERS = 3
+"""Markers that may be wrong at the same time. Chosen."""
 
-CURED = 0.5
-"""Share of the frames that fit without the markers found."""
+MIN_FITTING_SHARE = 0.5
+"""Share of the frames that fit without the markers found, at least. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,12 +63,12 @@ def suspects(
         no single marker is to blame.
     """
     usual = _usual(subject, positions)
-    far = residual > FAR * usual
+    far = residual > IMPLAUSIBLE_RATIO * usual
     known = np.isfinite(residual)
-    if far.sum() < LEAST or far.sum() > 0.5 * known.sum():
+    if far.sum() < MIN_FRAMES or far.sum() > 0.5 * known.sum():
         return None
     frames = np.flatnonzero(far)
-    some = frames[np.unique(np.linspace(0, len(frames) - 1, FRAMES).astype(int))]
+    some = frames[np.unique(np.linspace(0, len(frames) - 1, SOLVED_FRAMES).astype(int))]
     return Suspects(
         frames=frames,
         labels=_to_blame(subject, positions[some], prior),
@@ -82,12 +82,12 @@ def _to_blame(
 ) -> tuple[str, ...]:
     """Labels without which frames (N, M, 3) fit, few; none if there are no such."""
     labels, out = subject.model.labels, np.zeros(len(subject.model.labels), dtype=bool)
-    for _ in range(AT_MOST):
+    for _ in range(MAX_MARKERS):
         tried = [m for m in range(len(labels)) if not out[m]]
         ratios = [_without(subject, positions, out, m, prior) for m in tried]
         best = int(np.argmin([np.median(ratio) for ratio in ratios]))
         out[tried[best]] = True
-        if np.mean(ratios[best] <= FAR) > CURED:
+        if np.mean(ratios[best] <= IMPLAUSIBLE_RATIO) > MIN_FITTING_SHARE:
             return tuple(label for label, bad in zip(labels, out, strict=True) if bad)
     return ()
 

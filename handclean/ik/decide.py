@@ -20,7 +20,6 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.ik.frames import MIN_MARKERS, TakeFit, TakeMarkers, weigh_markers
 from handclean.kernels import jit
-from handclean.kernels.cholesky import backward
 from handclean.kernels.gauss_newton import (
     AnglePrior,
     Chain,
@@ -31,6 +30,7 @@ from handclean.kernels.gauss_newton import (
     is_spread_within,
     misfit,
 )
+from handclean.kernels.linalg import backward_by_rows, forward_vector
 
 DECIDED_SD = SpreadLimits(root_rad=0.25, hinge_rad=0.4)
 """[rad] standard deviations of the root's rotation and of a hinge, markers and prior
@@ -85,10 +85,8 @@ def is_expected(
         step[i] = 0.0
         for e in range(mean.shape[0] if i >= 6 else 0):
             step[i] += prior.precision[i - 6, e] * (mean[e] - pose[7 + e])
-        for n in range(i):
-            step[i] -= lower[i, n] * step[n]
-        step[i] /= lower[i, i]
-    backward(lower, step)
+    forward_vector(lower, step)
+    backward_by_rows(lower, step)
     farthest = 0.0
     for i in range(6, size):
         farthest = max(farthest, abs(step[i]))

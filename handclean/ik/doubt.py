@@ -3,13 +3,13 @@
 Three things, added as variances:
 
 - What the markers in sight leave open, with their noise and the prior of the angles
-  (the posture subspace and strays off it, or a loose one without a prior). Markers that
-  a pose follows wherever they go have small residuals whatever their noise; so none is
-  believed to be quieter than all are together.
+  (the posture subspace and deviations from it, or a loose one without a prior). Markers
+  that a pose follows wherever they go have small residuals whatever their noise; so the
+  noise of each is at least that of all together.
 - On a path through a gap, what the path may be off (see `gaps.posture`).
-- The zero. Where a bone with its markers is thought to be turned about its hinge, all
-  angles of a take are off by a constant, and residuals do not tell: marker places can
-  be turned with it. What holds the zero is how well places are known beforehand, the
+- The zero. Where a subject has a bone and its markers turned about the hinge, all
+  angles of a take are off by a constant, and residuals do not tell: the markers' places
+  are turned with it. What holds the zero is how well places are known beforehand, the
   further from the hinge the better ::
 
       sigma_zero = s / sqrt(sum of squared distances, from the hinge's axis, of the
@@ -18,7 +18,7 @@ Three things, added as variances:
   With one marker on the last bone of a finger that is several degrees. Simulated
   subjects calibrated from a range-of-motion take have s = 0.7 to 2.5 mm over hinges
   whose zeros are off by 0.6 to 6 degrees. A subject knows its s: the uncertainty of its
-  bones' lengths (RMS); on a template it is `TEMPLATE_M`.
+  bones' lengths (RMS); on a template it is `TEMPLATE_PLACE_SD_M`.
 
 Share of angles within 1, 2, 3 sigma (simulated takes, subjects calibrated from their
 own range-of-motion takes, gaps of 0.25 s cut into four markers at once):
@@ -35,6 +35,7 @@ the wrong one of two postures, which no variance says.
 """
 
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -49,33 +50,57 @@ from handclean.ik.residual_test import share_left
 from handclean.ik.solve import Solution, prior_arrays
 from handclean.tree import POSE_HEAD, ROOT_DOFS
 
-CALIBRATED_M = 1.5e-3
-"""[m] how far places are off on a subject that does not say."""
+CALIBRATED_PLACE_SD_M = 1.5e-3
+"""[m] how far places are off, one sd, on a subject that does not say. Within the 0.7 to
+2.5 mm above."""
 
-TEMPLATE_M = 6e-3
-"""[m] how far places are off on a hand that nobody measured."""
+TEMPLATE_PLACE_SD_M = 6e-3
+"""[m] how far places are off, one sd, on a hand that nobody measured. Chosen."""
 
-TOLD = 0.5
-"""Share of its variance that markers must explain for them to tell of a joint."""
+MIN_EXPLAINED_SHARE = 0.5
+"""Share of its variance that markers must explain for them to tell of a joint.
+Chosen."""
 
-ROOT_SPREAD = (0.05, 0.5)
-"""[m], [rad] loose prior of the root's translation and rotation."""
+ROOT_PLACE_SD_M = 0.05
+"""[m] of the root's translation in the loose prior. Chosen."""
 
-LONGEST = 100
-"""Frames for which one Jacobian serves."""
+ROOT_TURN_SD_RAD = 0.5
+"""[rad] of the root's rotation in the loose prior. Chosen."""
 
-LEAST_DISTANCE = 5e-3
-"""[m] nothing holds a zero worse than a place this far from the axis."""
+MAX_STRETCH_FRAMES = 100
+"""[frames] for which one Jacobian is used, at most. Chosen."""
+
+MIN_LEVER_M = 5e-3
+"""[m] places on a bone count as this far from its hinge's axis at least. Chosen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AngleUncertainty:
+    """What markers and a prior leave open, without the error of zeros.
+
+    Attributes
+    ----------
+    root : (T,) [rad] standard deviation of the root's rotation.
+    hinges : (T, D) [rad] of the hinges, NaN where nothing tells of one.
+    off : (T, D) [rad] how far hinges are from where markers and prior together would
+        have them, see `ik.decide`; 0 without a prior.
+    """
+
+    root: Floats
+    hinges: Floats
+    off: Floats
 
 
 def zero_sigma(subject: Subject) -> Floats:
     """(D,) [rad] standard deviation of the constant error of each hinge's angle."""
     model = subject.model
     known = [v for k, v in subject.errors.items() if k.endswith("_length_sigma_m")]
-    places = float(np.sqrt(np.mean(np.square(known)))) if known else CALIBRATED_M
+    places = (
+        float(np.sqrt(np.mean(np.square(known)))) if known else CALIBRATED_PLACE_SD_M
+    )
     if not subject.calibrated:
-        places = TEMPLATE_M
-    square = np.full(len(model.tree.hinges), LEAST_DISTANCE**2)
+        places = TEMPLATE_PLACE_SD_M
+    square = np.full(len(model.tree.hinges), MIN_LEVER_M**2)
     parents = np.asarray(model.tree.parents)
     for hinge, bone in enumerate(model.tree.hinge_bone):
         axis = model.tree.axes[hinge] / np.linalg.norm(model.tree.axes[hinge])
@@ -108,7 +133,7 @@ def prior_precision(hinges: int) -> Floats:
     """(6 + D,) of the loose prior."""
     spread = np.concatenate(
         [
-            np.repeat(ROOT_SPREAD, ROOT_DOFS // 2),
+            np.repeat((ROOT_PLACE_SD_M, ROOT_TURN_SD_RAD), ROOT_DOFS // 2),
             np.full(hinges, SUBSPACE_RESIDUAL_SD_RAD),
         ]
     )
@@ -119,12 +144,12 @@ def stretches_of(*marks: Bools) -> list[tuple[int, int]]:
     """Frames in which marks (T, M) stay the same, not too many, as (start, stop)."""
     frames = len(marks[0])
     changes = np.any(np.diff(np.hstack(marks), axis=0), axis=1)
-    regular = np.arange(0, frames, LONGEST)
+    regular = np.arange(0, frames, MAX_STRETCH_FRAMES)
     edges = np.union1d(np.flatnonzero(changes) + 1, np.append(regular, frames))
     return [(int(a), int(b)) for a, b in pairwise(edges)]
 
 
-def doubt_of_take(
+def uncertainty_of_take(
     subject: Subject,
     positions: Floats,
     poses: Floats,
@@ -132,10 +157,10 @@ def doubt_of_take(
     noise: Floats,
     prior: PosturePrior | None,
     nominal_m: float,
-) -> tuple[Floats, Floats, Floats]:
-    """(T,), (T, D) [rad] doubt of root and hinges, without that of zeros, (T, D) off.
+) -> AngleUncertainty:
+    """How uncertain the angles of a solved take are, but for their zeros.
 
-    See `marker_sigma_of_angles`; no marker is quieter than all are together.
+    See `angle_uncertainty`; the noise of each marker is at least that of all together.
 
     Parameters
     ----------
@@ -146,22 +171,18 @@ def doubt_of_take(
     seen = np.asarray(np.isfinite(positions).all(axis=2))
     left = share_left(subject.model, seen)
     noise = even_noise(noise, positions, solution.residual, left)
-    return marker_sigma_of_angles(subject.model, poses, seen, noise, prior, nominal_m)
+    return angle_uncertainty(subject.model, poses, seen, noise, prior, nominal_m)
 
 
-def marker_sigma_of_angles(
+def angle_uncertainty(
     model: Model,
     poses: Floats,
     seen: Bools,
     noise: Floats,
     prior: PosturePrior | None,
     nominal_m: float = math.inf,
-) -> tuple[Floats, Floats, Floats]:
-    """(T,) [rad] of the root's rotation, (T, D) of hinges: what stays open.
-
-    With the markers in sight and the prior; NaN where neither tells of a hinge. And
-    (T, D) [rad] how far hinges are from where markers and prior together would have
-    them, see `ik.decide`; 0 without a prior.
+) -> AngleUncertainty:
+    """How uncertain angles are with the markers in sight and the prior.
 
     Parameters
     ----------
@@ -186,7 +207,7 @@ def marker_sigma_of_angles(
         variance = np.diag(covariance)
         root[start:stop] = np.sqrt(variance[ROOT_DOFS // 2 : ROOT_DOFS].max())
         variance = variance[ROOT_DOFS:]
-        told = variance <= (1.0 - TOLD) * usual
+        told = variance <= (1.0 - MIN_EXPLAINED_SHARE) * usual
         out[start:stop] = np.where(told, np.sqrt(variance), np.nan)
         if prior is not None:
             if louder:
@@ -194,7 +215,7 @@ def marker_sigma_of_angles(
                 covariance = _covariance(slope, least, precision)
             pull = precision[ROOT_DOFS:, ROOT_DOFS:] @ (mean - pose[POSE_HEAD:])
             off[start:stop] = np.abs(covariance[ROOT_DOFS:, ROOT_DOFS:] @ pull)
-    return root, out, off
+    return AngleUncertainty(root=root, hinges=out, off=off)
 
 
 def _covariance(slope: Floats, noise: Floats, precision: Floats) -> Floats:

@@ -301,6 +301,38 @@ def resolve_backwards(
 
 
 @jit
+def restart(
+    t: int,
+    pose: Floats,
+    starts: Floats,
+    seen: Observations,
+    markers: TakeMarkers,
+    problem: PoseProblem,
+    k: Workspace,
+    fit: TakeFit,
+) -> bool:
+    """Solve a frame from other starts, and if that is better, those before it, too.
+
+    Parameters
+    ----------
+    t : number of the frame; seen : its markers.
+    pose : (7 + D,) as solved, with the RMS ``fit.residual[t]``; changed if another is
+        better.
+
+    Returns
+    -------
+    Whether another start is better.
+    """
+    least = RESTART_RMS_RATIO * fit.residual[t]
+    found = multi_start(pose, least, starts, seen, problem, k)
+    if not found < least:
+        return False
+    fit.poses[t], fit.residual[t] = pose, found
+    resolve_backwards(t, markers, problem, k, fit)
+    return True
+
+
+@jit
 def extrapolate(pose: Floats, velocity: Floats, is_open: Bools) -> None:
     """Move a pose by a velocity (7 + D,) per frame, in place; open hinges stay."""
     norm = 0.0
@@ -361,13 +393,9 @@ def solve_frames(
             poor = t >= later and usual > POOR_RMS_RATIO * lowest
             if odd or poor:
                 soon, later = t + RESTART_WAIT_FRAMES, t + POOR_RESTART_WAIT_FRAMES
-                least = RESTART_RMS_RATIO * fit.residual[t]
-                found = multi_start(pose, least, starts, seen, problem, k)
-                if found < least:
-                    fit.poses[t], fit.residual[t] = pose, found
+                if restart(t, pose, starts, seen, markers, problem, k, fit):
                     last[:] = pose
                     velocity[:] = 0.0
-                    resolve_backwards(t, markers, problem, k, fit)
                 open_now = open_hinges_of(pose, seen, problem, k, is_open)
             most = ODD_RMS_RATIO * usual + restart_m
             usual += USUAL_RMS_GAIN * (min(fit.residual[t], most) - usual)

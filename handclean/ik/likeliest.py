@@ -38,7 +38,6 @@ from handclean.ik.frames import (
     weigh_markers,
 )
 from handclean.kernels import jit
-from handclean.kernels.cholesky import backward, factor
 from handclean.kernels.gauss_newton import (
     HELD,
     AnglePrior,
@@ -52,6 +51,7 @@ from handclean.kernels.gauss_newton import (
     right_hand_side,
     stop_at_limits,
 )
+from handclean.kernels.linalg import solve
 
 DRIFT_SD_RAD = 0.02
 """[rad] by which a hinge is off from what the solver makes of it, one sd, for each
@@ -233,13 +233,8 @@ def bounded_step(
             if not math.isnan(stop[d]):
                 matrix[6 + d, 6 + d] += HELD
                 step[6 + d] = HELD * stop[d]
-        if not factor(matrix):
+        if not solve(matrix, step):
             return BoundedStep(False, step)
-        for a in range(step.shape[0]):
-            for n in range(a):
-                step[a] -= matrix[a, n] * step[n]
-            step[a] /= matrix[a, a]
-        backward(matrix, step)
         if not stop_at_limits(pose, step, stop, limits):
             break
     return BoundedStep(True, step)
@@ -355,6 +350,28 @@ def find_candidates(
 
 
 @jit
+def add_cheapest_steps(
+    total: Floats, before: Floats, after: Floats, cost: Floats, origin: Ints
+) -> None:
+    """Add the cost of the cheapest path that leads to each candidate of a frame.
+
+    Parameters
+    ----------
+    total : (3,) cost of the cheapest path to each candidate of the frame before.
+    before, after : (3, 7 + D) candidates of that frame and of this one.
+    cost : (3,) of the candidates, added to.
+    origin : (3,) which candidate before each comes from, overwritten.
+    """
+    for n in range(STARTS):
+        least = math.inf
+        for m in range(STARTS):
+            way = total[m] + step_cost(before[m], after[n])
+            if way < least:
+                least, origin[n] = way, m
+        cost[n] += least
+
+
+@jit
 def viterbi_path(
     start: int, tied: bool, rules: FrameRules, problem: MapProblem, fit: TakeFit
 ) -> int:
@@ -395,16 +412,11 @@ def viterbi_path(
             k,
             Candidates(tried[i], cost, found[i]),
         )
-        for n in range(STARTS):
-            if i == 0:
-                cost[n] += step_cost(poses[t - 1], tried[i, n]) if tied else 0.0
-                continue
-            least = math.inf
-            for m in range(STARTS):
-                way = total[m] + step_cost(tried[i - 1, m], tried[i, n])
-                if way < least:
-                    least, origin[i, n] = way, m
-            cost[n] += least
+        if i > 0:
+            add_cheapest_steps(total, tried[i - 1], tried[i], cost, origin[i])
+        elif tied:
+            for n in range(STARTS):
+                cost[n] += step_cost(poses[t - 1], tried[i, n])
         total[:] = cost
         best = int(np.argmin(total))
         frames = i + 1

@@ -9,8 +9,8 @@ from handclean.arrays import Floats, expect_shape
 from handclean.errors import HandcleanError, UsageError
 from handclean.numerics import subspace
 
-FRAMES = 200
-"""Frames that a take gives to a prior at least."""
+MIN_TAKE_FRAMES = 200
+"""Frames that a take gives to a prior at least. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,9 +127,10 @@ def _known(angles: Floats, hinges: int) -> Floats:
 def _evened(takes: list[Floats]) -> Floats:
     """Frames of all takes, the same number of each: evenly spread ones.
 
-    The shortest take sets the number, but not below `FRAMES`, where short takes repeat.
+    The shortest take sets the number, but not below `MIN_TAKE_FRAMES`, where short
+    takes repeat.
     """
-    count = max(min(len(take) for take in takes), FRAMES)
+    count = max(min(len(take) for take in takes), MIN_TAKE_FRAMES)
     chosen = [
         np.linspace(0, len(take) - 1, count).round().astype(int) for take in takes
     ]

@@ -8,15 +8,15 @@ with n of them in sight
 
     usual^2 = mean(sigma_m^2) * s(n) / s(all),     s = 1 - (absorbed numbers) / (3 n)
 
-and a frame is implausible whose residual is more than `FAR` times that. Absorbed are
-the six numbers of the root and, finger by finger, as many hinges as the numbers of the
-markers beyond each of them decide.
+and a frame is implausible whose residual is more than `IMPLAUSIBLE_RATIO` times that.
+Absorbed are the six numbers of the root and, finger by finger, as many hinges as the
+numbers of the markers beyond each of them decide.
 
 Measured, RMS of a frame over ``usual`` (99th percentile): own subject 1.4 to 2.5 on
 real and simulated takes (4.4 on the guitar recording, where some labels are wrong).
 Medians: 9 to 15 with another simulated person, 8.9 to 59 with the mirrored hand, 17 and
 more with wrong units. Another person cannot be told in single frames where noise is as
-large as hands are different (sig18: 2 mm; 1.6 times the usual): hence `MOSTLY`, a
+large as hands are different (sig18: 2 mm; 1.6 times the usual): hence `ODD_RATIO`, a
 remark about whole takes. On a hand nobody measured, residuals of 3 to 4 mm are usual,
 16 to 18 mm with the mirrored hand: `TEMPLATE_FAR_M` lies between.
 """
@@ -30,28 +30,31 @@ from handclean.ik.whose import reason
 from handclean.recording import Recording
 from handclean.tree import ROOT_DOFS
 
-FAR = 4.0
-"""How many times the usual residual is too much for a frame."""
+IMPLAUSIBLE_RATIO = 4.0
+"""How many times the usual residual is too much for a frame. From the 99th percentiles
+above."""
 
-MOSTLY = 1.4
-"""How many times the usual residual is odd for the median of a take's frames."""
+ODD_RATIO = 1.4
+"""How many times the usual residual is odd for the median of a take's frames. From the
+measurements above."""
 
-TEMPLATE_MOSTLY = 3.0
+TEMPLATE_ODD_RATIO = 3.0
 """The same where places are a template's: recorded hands have 1.2 to 1.5 times it,
 simulated ones a tenth larger or smaller up to 2.4, mirrored ones 5.2 to 6.3."""
 
-LEAST_M = 3e-4
-"""[m] no subject is known better than this, whatever its calibration says."""
+MIN_MARKER_SD_M = 3e-4
+"""[m] no marker's place is known better than this, whatever a calibration says.
+Chosen."""
 
 TEMPLATE_FAR_M = 12e-3
 """[m] RMS that is too much for markers whose places nobody has measured, where poses
-leave at least `TEMPLATE_LEFT` of their numbers; less with fewer markers."""
+leave at least `TEMPLATE_FREE_SHARE` of their numbers; less with fewer markers."""
 
-TEMPLATE_LEFT = 1.0 / 3.0
+TEMPLATE_FREE_SHARE = 1.0 / 3.0
 """Share of the numbers of 13 markers that 26 degrees of freedom leave."""
 
-LEAST_FREE = 0.15
-"""Least share of a residual believed to be left where poses absorb nearly all."""
+MIN_FREE_SHARE = 0.15
+"""Share of a residual that is left, at least, where poses absorb nearly all. Chosen."""
 
 
 def usual_residual(model: Model, marker_sigma: Floats, seen: Bools) -> Floats:
@@ -63,10 +66,14 @@ def usual_residual(model: Model, marker_sigma: Floats, seen: Bools) -> Floats:
     seen : (T, M)
     """
     unknown = ~np.isfinite(marker_sigma)
-    sigma = np.where(unknown, TEMPLATE_FAR_M / FAR, np.fmax(marker_sigma, LEAST_M))
+    sigma = np.where(
+        unknown,
+        TEMPLATE_FAR_M / IMPLAUSIBLE_RATIO,
+        np.fmax(marker_sigma, MIN_MARKER_SD_M),
+    )
     count = np.maximum(seen.sum(axis=1), 1)
     square = (seen @ sigma**2) / count
-    left, whole = share_left(model, seen), TEMPLATE_LEFT
+    left, whole = share_left(model, seen), TEMPLATE_FREE_SHARE
     if not unknown.all():
         whole = float(share_left(model, np.ones((1, len(model.labels)), dtype=bool))[0])
     return np.asarray(np.sqrt(square * np.minimum(left / whole, 1.0)))
@@ -82,7 +89,7 @@ def plausible(subject: Subject, seen: Bools, residual: Floats) -> Bools:
         whose frames are implausible is another hand's: then none is plausible.
     """
     usual = usual_residual(subject.model, subject.marker_sigma, seen)
-    far = residual > FAR * usual
+    far = residual > IMPLAUSIBLE_RATIO * usual
     enough = _enough(seen, residual)
     if enough.any() and far[enough].mean() > 0.5:
         return np.zeros(len(far), dtype=bool)
@@ -124,9 +131,9 @@ def _in_words(subject: Subject, residual: Floats, positions: Floats) -> str:
     usual = usual_residual(subject.model, subject.marker_sigma, seen[enough])
     ratio = float(np.median(residual[enough] / usual))
     measured = bool(np.isfinite(subject.marker_sigma).any())
-    if not ratio > (MOSTLY if measured else TEMPLATE_MOSTLY):
+    if not ratio > (ODD_RATIO if measured else TEMPLATE_ODD_RATIO):
         return ""
-    expected = float(np.median(usual)) * (1.0 if measured else TEMPLATE_MOSTLY)
+    expected = float(np.median(usual)) * (1.0 if measured else TEMPLATE_ODD_RATIO)
     whose = "this subject has" if measured else "the template hand has at most"
     what = reason(subject, positions)
     found = 1e3 * float(np.median(residual[enough]))
@@ -137,7 +144,7 @@ def share_left(model: Model, seen: Bools) -> Floats:
     """(T,) share of what markers in sight (T, M) say that poses do not absorb."""
     numbers = 3.0 * np.maximum(seen.sum(axis=1), 1)
     left = 1.0 - (ROOT_DOFS + _hinges_told(model, seen)) / numbers
-    return np.asarray(np.maximum(left, LEAST_FREE))
+    return np.asarray(np.maximum(left, MIN_FREE_SHARE))
 
 
 def _hinges_told(model: Model, seen: Bools) -> Floats:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from handclean.hand.subject import Subject
-from handclean.ik.doubt import doubt_of_take, zero_sigma
+from handclean.ik.doubt import uncertainty_of_take, zero_sigma
 from handclean.ik.noise import marker_noise
 from handclean.ik.prior import PosturePrior
 from handclean.ik.residual_test import plausible
@@ -44,9 +44,9 @@ def solve(
     positions = markers_of(recording, model)
     solution = solve_markers(model, positions, prior=prior, settings=settings)
     noise = marker_noise(model, positions, solution, subject.marker_sigma)
-    _, sigma, _ = doubt_of_take(
+    sigma = uncertainty_of_take(
         subject, positions, solution.poses, solution, noise, prior, settings.prior_m
-    )
+    ).hinges
     name = name or model.tree.side or model.tree.kind
     seen = np.asarray(np.isfinite(positions).all(axis=2))
     near = plausible(subject, seen, solution.residual)

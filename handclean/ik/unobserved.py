@@ -8,8 +8,9 @@ from handclean.hand.subject import Subject
 from handclean.recording import Origin, Recording
 from handclean.tree import ROOT_DOFS
 
-SHARE = 0.05
-"""Share of a take's frames from which on a joint without markers is worth a word."""
+MIN_SHARE = 0.05
+"""Share of a take's frames without a marker beyond a joint, from which on it is said.
+Chosen."""
 
 
 def unseen(model: Model, seen: Bools) -> dict[str, float]:
@@ -59,7 +60,7 @@ def words(recording: Recording, subject: Subject, *, filled: bool, prior: bool) 
     told = [
         f"{where} in {100.0 * share:.0f} %"
         for where, share in unseen(model, seen).items()
-        if share >= SHARE
+        if share >= MIN_SHARE
     ]
     if not told:
         return ""

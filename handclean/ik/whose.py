@@ -16,14 +16,16 @@ import numpy as np
 from handclean.arrays import Floats, Ints
 from handclean.hand.subject import Subject
 
-APART_M = 5e-3
-"""[m] markers of one bone that are nearer to each other tell too little."""
+MIN_DISTANCE_M = 5e-3
+"""[m] markers of one bone that are nearer to each other tell too little. Chosen."""
 
-OTHER_UNIT = 2.0
-"""By how much distances are larger or smaller of no hand."""
+MAX_SIZE_RATIO = 2.0
+"""By how many times distances are larger or smaller than the subject's in no hand.
+Chosen."""
 
-OTHER_PERSON = 3.0
-"""How many times the error of a marker's place (RMS) distances may be wrong (RMS)."""
+MAX_ERROR_RATIO = 3.0
+"""How many times the error of a marker's place (RMS) distances may be wrong (RMS).
+Between the 1.4 and 6.9 above."""
 
 
 def pairs(subject: Subject) -> Ints:
@@ -31,7 +33,7 @@ def pairs(subject: Subject) -> Ints:
     model = subject.model
     one, two = np.triu_indices(len(model.bone), 1)
     apart = np.linalg.norm(model.at[one] - model.at[two], axis=1)
-    good = (model.bone[one] == model.bone[two]) & (apart >= APART_M)
+    good = (model.bone[one] == model.bone[two]) & (apart >= MIN_DISTANCE_M)
     return np.stack([one[good], two[good]], axis=1)
 
 
@@ -53,7 +55,7 @@ def reason(subject: Subject, positions: Floats) -> str:
     at = subject.model.at
     expected = np.linalg.norm(at[both[:, 0]] - at[both[:, 1]], axis=1)
     size = float(np.median(found / expected))
-    if not 1.0 / OTHER_UNIT < size < OTHER_UNIT:
+    if not 1.0 / MAX_SIZE_RATIO < size < MAX_SIZE_RATIO:
         return (
             f"markers of one bone are {size:.3g} times as far apart as this subject's"
         )
@@ -62,7 +64,7 @@ def reason(subject: Subject, positions: Floats) -> str:
     wrong = float(np.sqrt(np.mean((found - expected) ** 2)))
     if not np.isfinite(known):
         return "another marker set, or the other hand?"
-    if wrong > OTHER_PERSON * known:
+    if wrong > MAX_ERROR_RATIO * known:
         return (
             f"markers of one bone are {1e3 * wrong:.2g} mm nearer or farther apart "
             "than this subject's: another person's subject, or markers moved since "

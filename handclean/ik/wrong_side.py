@@ -17,21 +17,23 @@ from handclean.errors import TAKE, HandcleanError
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.ik.prior import PosturePrior
-from handclean.ik.residual_test import MOSTLY, usual_residual
+from handclean.ik.residual_test import ODD_RATIO, usual_residual
 from handclean.ik.solve import solve_markers
 from handclean.tree import MIRROR
 
-FRAMES = 60
-"""Frames that are solved both ways."""
+COMPARED_FRAMES = 60
+"""Frames that are solved with both hands. Chosen."""
 
-CLEARLY = 0.6
-"""The mirror image's residual over the model's own, of another hand at most."""
+MIRROR_RATIO = 0.6
+"""The mirror image's residual over the model's own, at most, where it is that hand.
+From the medians above."""
 
-TASTED = 200
-"""Frames that tell whether a take is odd."""
+SAMPLED_FRAMES = 200
+"""Frames of a take whose residuals are compared with the usual, about. Chosen."""
 
-ODD = 1.5
-"""How many times the usual residual makes one look, on a hand nobody measured."""
+TEMPLATE_SUSPECT_RATIO = 1.5
+"""How many times the usual residual makes a take suspect, where the hand is a template.
+Chosen: below what `residual_test` remarks on."""
 
 
 def mirrored(model: Model) -> Model:
@@ -49,10 +51,10 @@ def is_odd(subject: Subject, seen: Bools, residual: Floats) -> bool:
     rows = np.flatnonzero(np.isfinite(residual) & (seen.sum(axis=1) >= 4))
     if len(rows) == 0:
         return False
-    rows = rows[:: max(len(rows) // TASTED, 1)]
+    rows = rows[:: max(len(rows) // SAMPLED_FRAMES, 1)]
     usual = usual_residual(subject.model, subject.marker_sigma, seen[rows])
     measured = bool(np.isfinite(subject.marker_sigma).any())
-    most = MOSTLY if measured else ODD
+    most = ODD_RATIO if measured else TEMPLATE_SUSPECT_RATIO
     return bool(np.median(residual[rows] / usual) > most)
 
 
@@ -81,12 +83,12 @@ def expect_side(
     rows = np.flatnonzero(count >= max(4, int(np.quantile(count[count > 0], 0.5))))
     if len(rows) == 0:
         return
-    some = positions[rows[np.linspace(0, len(rows) - 1, FRAMES).astype(int)]]
+    some = positions[rows[np.linspace(0, len(rows) - 1, COMPARED_FRAMES).astype(int)]]
     own, other = (
         solve_markers(model, some, prior=prior).residual
         for model in (subject.model, mirrored(subject.model))
     )
-    if np.median(other / own) < CLEARLY:
+    if np.median(other / own) < MIRROR_RATIO:
         found, own_mm = 1e3 * np.median(other), 1e3 * np.median(own)
         refuse(subject, f"{found:.2g} mm against {own_mm:.2g} mm")
 

@@ -30,7 +30,7 @@ import numpy as np
 from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.chain import Links, marker_jacobian, place_links, place_points
-from handclean.kernels.cholesky import backward, factor, forward
+from handclean.kernels.linalg import backward, factor, forward
 from handclean.kernels.pose_step import move
 from handclean.kernels.shape import Packing, shape_jacobian
 

@@ -52,7 +52,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 from handclean.kernels.chain import place_links
-from handclean.kernels.cholesky import factor
+from handclean.kernels.linalg import backward_by_rows, factor, forward_vector
 from handclean.kernels.rotations import compose, exponential
 
 HELD = 1e30
@@ -319,16 +319,14 @@ def right_hand_side(
 
 
 @jit
-def normal_matrix(fit: MarkerFit, weight: Floats, tree: Chain, k: Workspace) -> Floats:
-    """Return J^T W J (6 + D, 6 + D), its lower triangle along the tree."""
-    point, column = fit.point, fit.column
-    moment, normal = k.moment, k.normal
+def add_moments(point: Floats, weight: Floats, link: Ints, moment: Floats) -> None:
+    """Write mass, first and second moments (L, 10) of each link's own markers."""
     moment[:] = 0.0
     for m in range(weight.shape[0]):
         w = weight[m]
         if w <= 0.0:
             continue
-        row = moment[tree.link[m]]
+        row = moment[link[m]]
         x, y, z = point[m, 0], point[m, 1], point[m, 2]
         wx, wy, wz = w * x, w * y, w * z
         row[0] += w
@@ -341,6 +339,13 @@ def normal_matrix(fit: MarkerFit, weight: Floats, tree: Chain, k: Workspace) -> 
         row[7] += wy * y
         row[8] += wy * z
         row[9] += wz * z
+
+
+@jit
+def normal_matrix(fit: MarkerFit, weight: Floats, tree: Chain, k: Workspace) -> Floats:
+    """Return J^T W J (6 + D, 6 + D), its lower triangle along the tree."""
+    column, moment, normal = fit.column, k.moment, k.normal
+    add_moments(fit.point, weight, tree.link, moment)
     for i in range(moment.shape[0] - 1, 0, -1):
         row, up = moment[i], moment[tree.parent[i]]
         for n in range(10):
@@ -749,29 +754,6 @@ def reduce_to_subspace(
 
 
 @jit
-def solve_dense(a: Floats, b: Floats) -> None:
-    """Solve a x = b by Cholesky, x in place of b; a's lower triangle is overwritten."""
-    size = b.shape[0]
-    for i in range(size):
-        for j in range(i + 1):
-            total = a[i, j]
-            for n in range(j):
-                total -= a[i, n] * a[j, n]
-            if i == j:
-                a[i, i] = math.sqrt(total)
-            else:
-                a[i, j] = total / a[j, j]
-        total = b[i]
-        for n in range(i):
-            total -= a[i, n] * b[n]
-        b[i] = total / a[i, i]
-    for i in range(size - 1, -1, -1):
-        for n in range(i + 1, size):
-            b[i] -= a[n, i] * b[n]
-        b[i] /= a[i, i]
-
-
-@jit
 def solve_subspace(
     pose: Floats,
     alpha: Floats,
@@ -812,7 +794,10 @@ def solve_subspace(
             norm += alpha[a] * alpha[a]
         for n in range(step.shape[0]):
             step[n] = reduced.right[n]
-        solve_dense(reduced.matrix, step)
+        if not factor(reduced.matrix):
+            return cost
+        forward_vector(reduced.matrix, step)
+        backward_by_rows(reduced.matrix, step)
         for n in range(step.shape[0]):
             promise += step[n] * reduced.right[n]
         scale, accepted = 1.0, False
@@ -937,11 +922,9 @@ def is_spread_within(lower: Floats, most: SpreadLimits, k: Workspace) -> bool:
     for d in range(3, size):
         row[:] = 0.0
         row[d] = 1.0
+        forward_vector(lower, row, d)
         variance = 0.0
         for i in range(d, size):
-            for n in range(d, i):
-                row[i] -= lower[i, n] * row[n]
-            row[i] /= lower[i, i]
             variance += row[i] * row[i]
         if variance > (most.root_rad if d < 6 else most.hinge_rad) ** 2:
             return False

@@ -13,7 +13,7 @@ from handclean.kernels.bundle import (
     frame_cost,
     pose_equations,
 )
-from handclean.kernels.cholesky import backward, factor, forward
+from handclean.kernels.linalg import backward, factor, forward, forward_vector
 from handclean.kernels.pose_step import move
 
 
@@ -53,10 +53,7 @@ def fit_poses(
                 lower[a, a] += damping * square[a, a] + SPEECHLESS
                 step[a] = slope[a]
             factor(lower)
-            for a in range(size):
-                for k in range(a):
-                    step[a] -= lower[a, k] * step[k]
-                step[a] /= lower[a, a]
+            forward_vector(lower, step)
             promise = 0.0
             for a in range(size):
                 promise += step[a] * step[a]

@@ -7,10 +7,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from handclean.gaps.fill import fill
+from handclean.gaps.posture import SolvedTake, bridge_posture
+from handclean.gaps.refine import Targets
+from handclean.gaps.runs import Limits, seen_in
 from handclean.gaps.settings import FillConfig
 from handclean.hand.marker_set import load_marker_set
+from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
-from handclean.ik.solve import solve_markers
+from handclean.ik.settings import SolveConfig
+from handclean.ik.solve import Solution, solve_markers
 from handclean.recording import Origin
 
 INDEX = ("R_INDEX_TIP", "R_INDEX_MID", "R_INDEX_PROX")
@@ -283,3 +288,90 @@ def test_a_posture_fill_beats_every_baseline_on_a_bending_finger(scenes, rng):
         away = markers.markers.positions - whole.markers.positions
         error[method] = np.linalg.norm(away, axis=2)[new].mean()
     assert min(error, key=error.get) == "min-acceleration"
+
+
+GAP = slice(30, 50)
+
+
+class Elbows:
+    """A thumb whose inner marker is missing has two postures for its tip."""
+
+    def __init__(self, scenes):
+        rng, self.model = np.random.default_rng(1), scenes.model
+        self.poses = scenes.waving(rng, 80)
+        self.positions = marker_positions(self.model, self.poses)
+        self.positions[GAP, scenes.column("R_THUMB_PROX")] = np.nan
+        self.finger = np.array(hinges_of(scenes, "thumb"))
+        self.noise = np.full(len(self.model.labels), 2e-4)
+        self.other = self.poses.copy()
+        self.other[GAP] = self._other(rng)
+
+    def _other(self, rng):
+        """(20, 7 + D) the posture that fits as well, far from the true one."""
+        rows, targets = np.arange(80)[GAP], self._targets()
+        low, high = self.model.tree.limits[self.finger].T
+        found, start = self.poses[rows], self.poses.copy()
+        missing = np.ones(len(rows), dtype=bool)
+        for _ in range(100):
+            start[:, 7 + self.finger] = rng.uniform(low, high)
+            held = np.zeros((80, len(self.model.tree.hinges)))
+            tried = targets.fitted(rows, start, held)
+            away = np.abs(tried - self.poses[rows])[:, 7:].max(axis=1)
+            off = marker_positions(self.model, tried) - self.positions[rows]
+            good = (away > 0.3) & (np.nanmax(np.abs(off), axis=(1, 2)) < 1e-5)
+            found[good & missing] = tried[good & missing]
+            missing &= ~good
+            if not missing.any():
+                return found
+        raise AssertionError("every frame should have two postures")
+
+    def _targets(self):
+        still = np.zeros(self.positions.shape)
+        seen = seen_in(self.positions)
+        return Targets(
+            self.model, self.positions, seen, still, self.noise, SolveConfig()
+        )
+
+    def bridged(self, solved):
+        """The posture that is made of what inverse kinematics has."""
+        frames = len(solved)
+        solution = Solution(
+            poses=solved,
+            residual=np.zeros(frames),
+            opened=np.zeros((frames, solved.shape[1] - 7), dtype=bool),
+            trusted=np.ones(frames, dtype=bool),
+            steps=np.zeros(frames, dtype=np.int64),
+        )
+        take = SolvedTake(
+            model=self.model,
+            positions=self.positions,
+            expected=np.ones(self.positions.shape[:2], dtype=bool),
+            solution=solution,
+            noise=self.noise,
+        )
+        return bridge_posture(
+            take, Limits(longest=50, seed=5, rate=100.0), follows=False
+        )
+
+
+def test_a_posture_is_led_through_a_gap_from_what_is_known_on_both_sides(scenes):
+    """Where inverse kinematics changes over within a gap, and back."""
+    elbows = Elbows(scenes)
+    solved = elbows.poses.copy()
+    solved[34:46] = elbows.other[34:46]
+    posture = elbows.bridged(solved)
+    assert not posture.bridged.any()  # nothing jumps at the ends of the gap
+    away = np.abs(posture.poses - elbows.poses)[:, 7:]
+    assert np.abs(solved - elbows.poses)[34:46, 7:].max(axis=1).min() > 0.3
+    assert away.max() < 0.02
+
+
+def test_hinges_that_jump_at_the_ends_of_a_gap_are_bridged(scenes):
+    elbows = Elbows(scenes)
+    posture = elbows.bridged(elbows.other)
+    jump = np.abs(np.diff(elbows.other[29:31, 7:], axis=0))[0] > 0.4
+    assert jump.any()
+    assert posture.bridged[GAP][:, jump].all()
+    assert not elbows.bridged(elbows.poses).bridged.any()
+    away = np.abs(posture.poses - elbows.poses)[:, 7:]
+    assert away.max() < 0.05

@@ -11,8 +11,8 @@ from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
 from handclean.ik.doubt import (
+    angle_uncertainty,
     even_noise,
-    marker_sigma_of_angles,
     zero_sigma,
 )
 from handclean.ik.take import solve
@@ -83,9 +83,9 @@ def test_sigma_agrees_with_repeated_noise(template, rng):
     places += rng.normal(scale=noise, size=places.shape)
     take = as_take(places, template.model.labels)
     found = fill(take, template)[0].motions["right"].angles
-    sigma = marker_sigma_of_angles(
+    sigma = angle_uncertainty(
         template.model, poses, seen, np.full(26, noise), None
-    )[1][0]
+    ).hinges[0]
     np.testing.assert_allclose(found.std(axis=0), sigma, rtol=0.25)
 
 
@@ -96,7 +96,7 @@ def test_hidden_fingers_have_a_sigma_with_a_prior_only(template, rng):
     ring = ["ring" in name for name in template.model.tree.hinges]
     noise = np.full(26, 2e-4)
     without, sigma = (
-        marker_sigma_of_angles(template.model, poses, seen, noise, prior)[1]
+        angle_uncertainty(template.model, poses, seen, noise, prior).hinges
         for prior in (None, read_prior())
     )
     assert np.isnan(without[:, ring]).all()

@@ -12,6 +12,7 @@ from handclean.ik import solve as solving
 from handclean.ik.decide import precision_of
 from handclean.ik.likeliest import (
     Spectrum,
+    add_cheapest_steps,
     combine_priors,
     find_map_pose,
     frames_to_nearest,
@@ -224,3 +225,14 @@ def test_elbows_up_and_down_are_told_apart_by_the_prior(monkeypatch, rng):
     assert (off[1] > 0.5).mean() < 0.2 * (off[0] > 0.5).mean()
     steps = [np.abs(np.diff(s.poses[:, 7:], axis=0)) for s in (before, after)]
     assert steps[1].max() < 0.35 < steps[0].max()
+
+
+def test_each_candidate_comes_from_the_one_that_is_cheapest_with_the_step_to_it():
+    before, after = np.zeros((3, 9)), np.zeros((3, 9))
+    before[:, 7] = 0.0, 0.2, 5.0
+    after[:, 7] = 0.0, 0.2, 2.0
+    cost, origin = np.array([1.0, 2.0, 4.0]), np.full(3, -1)
+    add_cheapest_steps(np.array([3.0, 1.0, 0.5]), before, after, cost, origin)
+    # a step of 0.2 rad costs 4, a long one 9
+    assert origin.tolist() == [0, 1, 2]
+    np.testing.assert_allclose(cost, [1.0 + 3.0, 2.0 + 1.0, 4.0 + 9.5])

@@ -9,7 +9,12 @@ from people import exercise, true_hand
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
-from handclean.ik.residual_test import FAR, plausible, remark, usual_residual
+from handclean.ik.residual_test import (
+    IMPLAUSIBLE_RATIO,
+    plausible,
+    remark,
+    usual_residual,
+)
 from handclean.ik.take import solve
 from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Recording, trajectories
@@ -127,7 +132,9 @@ def test_the_bound_lies_at_far_times_the_usual_residual(rng):
     subject, _ = calibrated(rng)
     seen = np.ones((3, 26), dtype=bool)
     usual = usual_residual(subject.model, subject.marker_sigma, seen)[0]
-    residual = np.array([0.99 * FAR * usual, 1.01 * FAR * usual, np.nan])
+    residual = np.array(
+        [0.99 * IMPLAUSIBLE_RATIO * usual, 1.01 * IMPLAUSIBLE_RATIO * usual, np.nan]
+    )
     np.testing.assert_array_equal(
         plausible(subject, seen, residual), [True, False, True]
     )
@@ -139,5 +146,5 @@ def test_a_take_that_is_mostly_implausible_has_no_plausible_frame(rng):
     usual = usual_residual(subject.model, subject.marker_sigma, there)
     for share, left in ((0.3, 0.7), (0.6, 0.0)):
         odd = np.arange(len(usual)) < share * len(usual)
-        residual = np.where(odd, 2.0 * FAR, 1.0) * usual
+        residual = np.where(odd, 2.0 * IMPLAUSIBLE_RATIO, 1.0) * usual
         assert plausible(subject, there, residual).mean() == pytest.approx(left)

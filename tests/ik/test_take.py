@@ -7,9 +7,9 @@ from people import as_take, exercise, person
 from handclean.gaps.fill import fill
 from handclean.hand.model import marker_positions
 from handclean.ik.doubt import (
-    doubt_of_take,
+    angle_uncertainty,
     even_noise,
-    marker_sigma_of_angles,
+    uncertainty_of_take,
     zero_sigma,
 )
 from handclean.ik.noise import marker_noise
@@ -67,11 +67,11 @@ def test_a_quiet_marker_is_as_noisy_as_the_take_in_the_sigma_of_angles(
     left = share_left(model, seen)
     even = even_noise(noise, positions, solution.residual, left)
     assert even.min() > 5.0 * noise.max()
-    _, found, _ = doubt_of_take(
+    found = uncertainty_of_take(
         subject, positions, solution.poses, solution, noise, None, NOMINAL_M
-    )
+    ).hinges
     quiet, want = (
-        marker_sigma_of_angles(model, solution.poses, seen, one, None, NOMINAL_M)[1]
+        angle_uncertainty(model, solution.poses, seen, one, None, NOMINAL_M).hinges
         for one in (noise, even)
     )
     np.testing.assert_array_equal(found, want)
@@ -85,9 +85,9 @@ def test_sigma_is_what_markers_leave_open_and_the_zero_together(subject, positio
     model = subject.model
     solution = solve_markers(model, markers_of(take, model), prior=prior)
     noise = marker_noise(model, positions, solution, subject.marker_sigma)
-    _, sigma, _ = doubt_of_take(
+    sigma = uncertainty_of_take(
         subject, positions, solution.poses, solution, noise, prior, NOMINAL_M
-    )
+    ).hinges
     want = np.sqrt(sigma**2 + zero_sigma(subject) ** 2)
     np.testing.assert_array_equal(motion.angles_sigma, want)
 

@@ -9,7 +9,7 @@ from people import exercise, person
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
-from handclean.ik.whose import APART_M, pairs, reason
+from handclean.ik.whose import MIN_DISTANCE_M, pairs, reason
 from handclean.tree import MIRROR
 
 
@@ -33,7 +33,9 @@ def test_pairs_sit_on_one_bone_apart_from_each_other(subject):
     assert len(both) > 2
     one, two = both.T
     np.testing.assert_array_equal(model.bone[one], model.bone[two])
-    assert (np.linalg.norm(model.at[one] - model.at[two], axis=1) >= APART_M).all()
+    assert (
+        np.linalg.norm(model.at[one] - model.at[two], axis=1) >= MIN_DISTANCE_M
+    ).all()
     assert (one < two).all()
 
 

@@ -177,14 +177,6 @@ def test_subspace_gradient_is_that_of_the_chain_rule(problem, rng):
     np.testing.assert_allclose(reduced.right, pull, atol=1e-12)
 
 
-def test_dense_solver_agrees_with_numpys(rng):
-    half = rng.normal(size=(7, 7))
-    a, b = half @ half.T + np.eye(7), rng.normal(size=7)
-    want = np.linalg.solve(a, b)
-    gn.solve_dense(a, b)
-    np.testing.assert_allclose(b, want, rtol=1e-9)
-
-
 def test_markers_and_prior_decide_what_the_dense_covariance_says(problem, rng):
     model, pose, target, weight, normal, _, _ = problem
     hinges, noise = len(model.tree.hinges), 5e-4

@@ -16,7 +16,7 @@ from handclean.arrays import Floats
 from handclean.hand.subject import Subject
 from handclean.ik.prior import PosturePrior
 from handclean.ik.settings import SolveConfig
-from handclean.ik.wrong_side import CLEARLY, is_odd, mirrored, refuse
+from handclean.ik.wrong_side import MIRROR_RATIO, is_odd, mirrored, refuse
 from handclean.labels.points import Cloud
 from handclean.labels.settings import LabelConfig
 from handclean.labels.target import sought
@@ -59,7 +59,7 @@ def expect_side(
         return
     missing = 1.0 - seen[rows].mean(axis=1)
     own = trace.rms[rows] / other.spacing + settings.alpha * missing
-    if np.median([way.score for way in found] / own) < CLEARLY:
+    if np.median([way.score for way in found] / own) < MIRROR_RATIO:
         has = [float((way.chosen >= 0).sum()) for way in found]
         better = f"{np.median(has):.0f} markers at {_mm([way.rms for way in found])}"
         worse = f"{np.median(count[rows]):.0f} at {_mm(trace.rms[rows])}"
