@@ -6,7 +6,6 @@ configuration file and options together, and hands the command the settings.
 """
 
 import functools
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -16,7 +15,7 @@ import click
 from click.core import ParameterSource
 
 from handclean import config
-from handclean.cli import completion, tables
+from handclean.cli import checks, completion, setting_options, tables
 from handclean.commands.shared.formats import RECORDINGS
 from handclean.commands.shared.take_options import TakeOptions
 from handclean.runner.batch import Batch
@@ -31,54 +30,6 @@ CONFIG = "handclean.config"
 
 PATH = click.Path(path_type=Path, readable=False)
 """A path that is not looked at here: one that cannot be read fails its own input."""
-
-
-def _positive(
-    context: click.Context, parameter: click.Parameter, value: float | None
-) -> float | None:
-    if value is not None and not (math.isfinite(value) and value > 0.0):
-        raise click.BadParameter(f"should be a number above 0, not {value}")
-    return value
-
-
-def _output(
-    context: click.Context, parameter: click.Parameter, value: str | None
-) -> str | None:
-    if value is not None and not value.strip():
-        raise click.BadParameter("is empty; it should name a file or a folder")
-    if value == "-":
-        raise click.BadParameter(
-            "'-' is no place to write to; outputs are files, './-' a folder so called"
-        )
-    return value
-
-
-def _suffix(
-    context: click.Context, parameter: click.Parameter, value: str | None
-) -> str | None:
-    if value is None:
-        return None
-    return value.lower() if value.startswith(".") else f".{value.lower()}"
-
-
-def _several(name: str, flag: str, setting: config.Setting, **about: Any) -> Decorator:
-    """Make an option of a setting that is any number of values.
-
-    A single empty text is none of them, to beat a file that has some.
-    """
-    each = click.types.convert_type(setting.kind)
-
-    def convert(
-        context: click.Context, parameter: click.Parameter, value: tuple[str, ...]
-    ) -> tuple[Any, ...]:
-        if value == ("",):
-            return ()
-        return tuple(each.convert(part, parameter, context) for part in value)
-
-    shown = each.name.upper()
-    return click.option(
-        flag, name, metavar=shown, multiple=True, callback=convert, **about
-    )
 
 
 def _config(
@@ -102,7 +53,7 @@ rate = click.option(
     "--rate",
     "rate_hz",
     type=float,
-    callback=_positive,
+    callback=checks.positive,
     metavar="HZ",
     help="Frames per second, for files that do not say.",
 )
@@ -124,14 +75,14 @@ output = click.option(
     "-o",
     "--output",
     metavar="OUT",
-    callback=_output,
+    callback=checks.output,
     shell_complete=completion.files,
     help="Where to: a file, whose suffix picks the format, or a folder.",
 )
 file_format = click.option(
     "--format",
     metavar="SUFFIX",
-    callback=_suffix,
+    callback=checks.suffix,
     shell_complete=completion.suffixes,
     help=f"Format of the files in a folder.  [default: {RECORDINGS[0]}]",
 )
@@ -305,31 +256,9 @@ def settings(
             loaded: Any = config.load(path, table, cls, layer, **values)
             return function(**{into: loaded}, **given)
 
-        return _add(wrapper, [_option(*item) for item in known.items()])
+        return _add(wrapper, [setting_options.option(*item) for item in known.items()])
 
     return decorate
-
-
-def _option(name: str, setting: config.Setting) -> Decorator:
-    flag = "--" + name.replace("_", "-")
-    shown = setting.default
-    if setting.is_tuple:
-        shown = " ".join(map(str, setting.default)) or "none"
-    known = completion.SETTINGS.get(setting.name, completion.words(setting.words))
-    about: dict[str, Any] = {
-        "default": None,
-        "shell_complete": known,
-        "help": f"{setting.help}  [default: {shown}]",
-    }
-    if setting.kind is bool and not setting.is_tuple:
-        shown = "yes" if setting.default else "no"
-        about["help"] = f"{setting.help}  [default: {shown}]"
-        return click.option(f"{flag}/--no-{flag[2:]}", name, **about)
-    if setting.is_tuple and setting.count is None:
-        return _several(name, flag, setting, **about)
-    if setting.is_tuple:
-        about["nargs"] = setting.count
-    return click.option(flag, name, type=setting.kind, **about)
 
 
 def _add(function: Function, parameters: Sequence[Decorator]) -> Function:
