@@ -9,6 +9,10 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 
+RADIUS_FACTORS = (1.0, 1.4, 2.0, 4.0)
+"""Radii at which clusters are looked for, per the smallest. Chosen: from one hand alone
+to a hand that holds something."""
+
 
 def cluster(points: Floats, radius_m: float) -> Ints:
     """(P,) number of the cluster of each point, from 0, in the order of first points.
@@ -51,14 +55,19 @@ def longest_step(points: Floats) -> float:
     return longest
 
 
-def candidates(points: Floats, radius_m: float, least: int) -> list[Ints]:
-    """Rows of every cluster of at least so many points, at radii from 1 to 4 times.
+def cluster_candidates(points: Floats, radius_m: float, least: int) -> list[Ints]:
+    """Rows of every cluster of at least ``least`` points, at several radii.
 
     All points together come last, whether they are linked or not. No cluster is given
     twice.
+
+    Parameters
+    ----------
+    points : (P, 3) [m]
+    radius_m : [m] the smallest radius; `RADIUS_FACTORS` times it are tried, too.
     """
     groups: list[Ints] = []
-    for factor in (1.0, 1.4, 2.0, 4.0):
+    for factor in RADIUS_FACTORS:
         number = cluster(points, factor * radius_m)
         groups += [
             np.flatnonzero(number == n) for n in range(number.max(initial=-1) + 1)

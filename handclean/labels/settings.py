@@ -5,8 +5,9 @@ from typing import Annotated
 
 COLUMNS = ("auto", "use", "ignore")
 
-_MOST = {"small_m": 1.0, "reach_m": 1.0, "acceleration_m_s2": 1e4}
-"""[m], [m/s^2] no hand has more; beyond, every point could be any marker, for hours."""
+MAX_OF_ANY_HAND = {"small_m": 1.0, "reach_m": 1.0, "acceleration_m_s2": 1e4}
+"""[m], [m/s^2] no hand has more. Beyond, every point could be any marker, and a take
+takes hours."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +44,12 @@ class LabelConfig:
     ghosts_per_hand: Annotated[
         float, "Points of no marker to expect in a volume the size of a hand."
     ] = 0.25
+    repair: Annotated[
+        bool, "Whether stretches that fit poorly are tracked again from a better fit."
+    ] = True
+    review: Annotated[
+        bool, "Whether points' paths in doubt are tried under other names, as wholes."
+    ] = True
 
     def __post_init__(self) -> None:
         if self.columns not in COLUMNS:
@@ -59,7 +66,7 @@ class LabelConfig:
         for name in positive:
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} should be > 0, not {getattr(self, name)}")
-        for name, most in _MOST.items():
+        for name, most in MAX_OF_ANY_HAND.items():
             if getattr(self, name) > most:
                 wrong = f"{name} should be {most:g} at most"
                 raise ValueError(f"{wrong}, not {getattr(self, name)}")

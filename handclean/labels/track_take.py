@@ -1,179 +1,214 @@
-"""A model through a whole take: found, followed both ways, found again when lost."""
+"""A target through a whole take: found, tracked both ways, found again when lost."""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from handclean.arrays import Ints
-from handclean.ik.settings import SolveConfig
 from handclean.labels.points import Cloud
 from handclean.labels.review.paths import paths_of
 from handclean.labels.review.repair import repair
 from handclean.labels.review.review import Scene, refit, review
 from handclean.labels.review.suppose import measure, measured, usual_variance
-from handclean.labels.search.align import Found, good, search
-from handclean.labels.settings import LabelConfig
-from handclean.labels.target import Sought
-from handclean.labels.track.frames import follow
-from handclean.labels.track.links import path_links
-from handclean.labels.track.tracker import (
-    Kit,
-    Rules,
-    Trace,
-    Way,
-    kit_of,
-    make_trace,
-    new_book,
-    new_state,
+from handclean.labels.search.align import (
+    FrameFit,
+    SearchEffort,
+    is_good_fit,
+    search_frame,
 )
+from handclean.labels.target import TrackTarget
+from handclean.labels.track.frames import track_frames
+from handclean.labels.track.links import path_links
+from handclean.labels.track.state import (
+    FrameSequence,
+    TrackResult,
+    empty_result,
+    new_state,
+    start_stats,
+)
+from handclean.labels.track.tracker import Tracker, TrackSetup, make_tracker
 
-STEADFAST = 0.98
-"""Share of links between points of one name below which paths are not reviewed."""
+MIN_NAME_AGREEMENT = 0.98
+"""Share of links between points of one name below which paths are not reviewed, since
+they do not tell one point from another. Chosen."""
 
-REVIEWS = 2
-"""How often the paths are reviewed at most."""
+MAX_REVIEWS = 2
+"""How often the paths are reviewed at most. Chosen."""
 
-EFFORTS = ((4, 0, 8), (36, 30, 30))
-"""Postures, orientations, and how many of them are bent: at first, and when needed."""
+QUICK_SEARCH = SearchEffort(postures=4, rotations=0, kept=8)
+"""What is tried first in every frame that a take may begin with. Chosen."""
+
+THOROUGH_SEARCH = SearchEffort(postures=36, rotations=30, kept=30)
+"""What is tried when that found nothing good, and when the target was lost: every mix
+of straight and bent fingers, in orientations about 45 degrees apart. Chosen."""
+
+UNFOUND_STRIDE_FACTOR = 4
+"""How many times longer each step to the next search is while no search found the
+target anywhere: neither those of `find_first_fit`, nor those since. Chosen, so that a
+take of another hand ends after few searches."""
+
+FRAMES_PER_START_FRAME = 50
+"""Of so many frames one of the fullest may be the first, in long takes. Chosen."""
 
 
-HOPELESS = 4
-"""How many times longer each step to the next search is while no search found the hand
-anywhere: neither those of `first_fit`, nor those since."""
+class Direction(NamedTuple):
+    """One of the two ways through a take.
+
+    sequence : its points, with the paths that lead there. stop : the frame after the
+    last. by : 1 forwards, -1 backwards.
+    """
+
+    sequence: FrameSequence
+    stop: int
+    by: int
 
 
-def first_fit(
-    cloud: Cloud,
-    thing: Sought,
-    rules: Rules,
-    settings: LabelConfig,
-    solving: SolveConfig,
-) -> Found | None:
-    """Find the model in the best of the frames with the most points."""
+def fewest_points(target: TrackTarget) -> int:
+    """How many points a frame needs for a target to be looked for in it."""
+    return max(4, len(target.sigma) // 2)
+
+
+def find_first_fit(
+    cloud: Cloud, target: TrackTarget, setup: TrackSetup
+) -> FrameFit | None:
+    """Find the target in the best of the frames with the most points."""
     counts = np.diff(cloud.start)
-    least = max(4, len(thing.sigma) // 2)
+    least = fewest_points(target)
     if cloud.frames == 0 or counts.max() < least:
         return None
-    many = max(settings.start_frames, len(counts) // 50)
+    start_frames = setup.labelling.start_frames
+    many = max(start_frames, len(counts) // FRAMES_PER_START_FRAME)
     full = np.sort(counts)[-min(many, len(counts))]
     rows = np.flatnonzero(counts >= max(full, least))
-    tried = min(settings.start_frames, len(rows))
+    tried = min(start_frames, len(rows))
     spread = np.linspace(0, len(rows) - 1, tried).astype(int)
-    best: Found | None = None
-    for effort in EFFORTS:
+    best: FrameFit | None = None
+    for effort in (QUICK_SEARCH, THOROUGH_SEARCH):
         for frame in np.unique(rows[spread]):
-            one = find(cloud, thing, int(frame), rules, settings, solving, effort)
-            if one is not None and (best is None or one.score < best.score):
-                best = one
-            if best is not None and good(best):
+            fit = find_in_frame(cloud, target, int(frame), setup, effort)
+            if fit is not None and (best is None or fit.score < best.score):
+                best = fit
+            if best is not None and is_good_fit(best):
                 return best
     return best
 
 
-def find(
+def find_in_frame(
     cloud: Cloud,
-    thing: Sought,
+    target: TrackTarget,
     frame: int,
-    rules: Rules,
-    settings: LabelConfig,
-    solving: SolveConfig,
-    effort: tuple[int, int, int],
-) -> Found | None:
-    """Find the model in one frame, without knowing anything."""
-    ways = search(
-        cloud.at[cloud.start[frame] : cloud.start[frame + 1]],
-        thing,
-        frame,
-        rules=rules,
-        alpha=settings.alpha,
-        solving=solving,
-        postures=min(effort[0], len(thing.starts)),
-        rotations=effort[1],
-        keep=effort[2],
-    )
-    return ways[0] if ways else None
+    setup: TrackSetup,
+    effort: SearchEffort,
+) -> FrameFit | None:
+    """Find the target in one frame, without knowing anything."""
+    points = cloud.at[cloud.start[frame] : cloud.start[frame + 1]]
+    effort = effort._replace(postures=min(effort.postures, len(target.starts)))
+    fits = search_frame(points, target, frame, setup, effort)
+    return fits[0] if fits else None
 
 
-def pursue(
-    cloud: Cloud,
-    found: Found,
-    rules: Rules,
-    settings: LabelConfig,
-    solving: SolveConfig,
-) -> Trace:
-    """Follow a model from where it was found to both ends of the take.
+def track_take(cloud: Cloud, found: FrameFit, setup: TrackSetup) -> TrackResult:
+    """Track a target from where it was found to both ends of the take.
 
-    Where it was not found well, and nothing could be followed from there, it is looked
-    for in few more frames (see `HOPELESS`).
+    What was tracked is then repaired and reviewed, where the settings ask for it.
     """
-    thing = found.thing
-    most = max(int(rules.patience), 1)
-    kit = kit_of(thing, rules, solving)
-    trace = make_trace(cloud.frames, len(thing.sigma), len(thing.mean))
-    after, before = path_links(cloud, settings, 4.0 * rules.patience)
-    ways = (
-        Way(cloud.at, cloud.start, before),
-        Way(cloud.at, cloud.start, after),
-    )
-    for way, stop, by in zip(ways, (cloud.frames, -1), (1, -1), strict=True):
-        here: Found | None = found
-        first, stride = found.frame, 1
-        while first != stop:
-            if here is not None:
-                lost = _run(way, here, kit, rules, first, stop, by, trace)
-                first = lost if lost != first else first + by
-                here = None
-                if first == stop:
-                    break
-            points = cloud.start[first + 1] - cloud.start[first]
-            if points >= max(4, len(thing.sigma) // 2):
-                here = find(cloud, thing, first, rules, settings, solving, EFFORTS[1])
-            if here is not None and not good(here):
-                here = None
-            if here is None:
-                hopeless = not (good(found) or trace.known.any())
-                stride = HOPELESS * stride if hopeless else min(stride + 1, most)
-                first = min(first + stride, stop) if by > 0 else max(first - stride, -1)
-            else:
-                stride = 1
-    if not trace.known.any():
-        return trace
-    repair(ways, thing, kit, settings, solving, trace)
-    _review(cloud, after, before, kit, trace)
-    return trace
+    target = found.target
+    tracker = make_tracker(target, setup)
+    result = empty_result(cloud.frames, len(target.sigma), len(target.mean))
+    after, before = path_links(cloud, setup.labelling, setup.rate)
+    forwards = FrameSequence(cloud.at, cloud.start, before)
+    backwards = FrameSequence(cloud.at, cloud.start, after)
+    for direction in (
+        Direction(forwards, cloud.frames, 1),
+        Direction(backwards, -1, -1),
+    ):
+        _track_direction(cloud, direction, found, setup, tracker, result)
+    if not result.tracked.any():
+        return result
+    if setup.labelling.repair:
+        repair((forwards, backwards), target, tracker, setup, result)
+    if setup.labelling.review:
+        _review(cloud, forwards, backwards, tracker, result)
+    return result
 
 
-def _review(cloud: Cloud, after: Ints, before: Ints, kit: Kit, trace: Trace) -> None:
+def _track_direction(
+    cloud: Cloud,
+    direction: Direction,
+    found: FrameFit,
+    setup: TrackSetup,
+    tracker: Tracker,
+    result: TrackResult,
+) -> None:
+    """Track a target from where it was found to one end of the take.
+
+    Where it is lost it is looked for in the frames that follow, with growing steps.
+    Where it was not found well, and nothing could be tracked from there, it is looked
+    for in few more frames (`UNFOUND_STRIDE_FACTOR`).
+    """
+    target, stop, by = found.target, direction.stop, direction.by
+    longest_stride = max(int(setup.rules.lost_after), 1)
+    here: FrameFit | None = found
+    frame, stride = found.frame, 1
+    while frame != stop:
+        if here is not None:
+            lost = _track_until_lost(direction, here, frame, setup, tracker, result)
+            frame = lost if lost != frame else frame + by
+            here = None
+            if frame == stop:
+                break
+        points = cloud.start[frame + 1] - cloud.start[frame]
+        if points >= fewest_points(target):
+            here = find_in_frame(cloud, target, frame, setup, THOROUGH_SEARCH)
+        if here is not None and not is_good_fit(here):
+            here = None
+        if here is not None:
+            stride = 1
+            continue
+        if is_good_fit(found) or result.tracked.any():
+            stride = min(stride + 1, longest_stride)
+        else:
+            stride = UNFOUND_STRIDE_FACTOR * stride
+        frame = min(frame + stride, stop) if by > 0 else max(frame - stride, -1)
+
+
+def _track_until_lost(
+    direction: Direction,
+    found: FrameFit,
+    first: int,
+    setup: TrackSetup,
+    tracker: Tracker,
+    result: TrackResult,
+) -> int:
+    """Track a target from one find until it is lost; return where."""
+    target = found.target
+    state = new_state(len(target.sigma), len(target.mean))
+    state.pose[:] = found.pose
+    stats = start_stats(target, setup.rules, (found.chosen < 0).astype(np.int64))
+    sequence, stop, by = direction
+    return int(track_frames(sequence, first, stop, by, state, stats, tracker, result))
+
+
+def _review(
+    cloud: Cloud,
+    forwards: FrameSequence,
+    backwards: FrameSequence,
+    tracker: Tracker,
+    result: TrackResult,
+) -> None:
     """Judge the points' paths as wholes, if paths tell anything in this take."""
-    paths = paths_of(cloud, after, before, trace)
+    after = backwards.previous
+    paths = paths_of(cloud, after, forwards.previous, result)
     rows = np.flatnonzero((after >= 0) & (paths.name >= 0))
     if len(rows) == 0:
         return
-    if np.mean(paths.name[after[rows]] == paths.name[rows]) < STEADFAST:
+    if np.mean(paths.name[after[rows]] == paths.name[rows]) < MIN_NAME_AGREEMENT:
         return
-    way = Way(cloud.at, cloud.start, before)
-    places, squares = measured(way, kit, trace)
-    kit = kit._replace(variance=usual_variance(squares, kit))
-    state = new_state(trace.chosen.shape[1], len(kit.mean))
-    scene = Scene(paths, way, state, kit, trace, places)
-    for _ in range(REVIEWS):
+    places, squares = measured(forwards, tracker, result)
+    tracker = tracker._replace(variance=usual_variance(squares, tracker))
+    state = new_state(result.chosen.shape[1], len(tracker.mean))
+    scene = Scene(paths, forwards, state, tracker, result, places)
+    for _ in range(MAX_REVIEWS):
         if review(scene, squares) == 0:
             break
         refit(scene)
-        measure(way, kit, trace, places, squares)
-
-
-def _run(
-    way: Way,
-    found: Found,
-    kit: Kit,
-    rules: Rules,
-    first: int,
-    stop: int,
-    by: int,
-    trace: Trace,
-) -> int:
-    """Follow a model from one find until it is lost; return where."""
-    thing = found.thing
-    state = new_state(len(thing.sigma), len(thing.mean))
-    state.pose[:] = found.pose
-    book = new_book(thing, rules, (found.chosen < 0).astype(np.int64))
-    return int(follow(way, first, stop, by, state, book, kit, trace))
+        measure(forwards, tracker, result, places, squares)

@@ -12,7 +12,7 @@ from handclean.labels import track_take
 from handclean.labels.checks.unit import unit_hint
 from handclean.labels.label import label
 from handclean.labels.points import cloud_of
-from handclean.labels.search.align import search
+from handclean.labels.search.align import search_frame
 from handclean.labels.settings import LabelConfig
 from handclean.recording import Origin, Points, Recording
 from handclean.simulation.settings import SimulateConfig
@@ -152,15 +152,17 @@ def resized(subject, factor):
 def test_another_persons_subject_is_refused_after_few_searches(trial, monkeypatch):
     efforts = []
 
-    def counted(*given, **more):
-        efforts.append(more["keep"])
-        return search(*given, **more)
+    def counted(*given):
+        efforts.append(given[-1].kept)
+        return search_frame(*given)
 
-    monkeypatch.setattr(track_take, "search", counted)
+    monkeypatch.setattr(track_take, "search_frame", counted)
     with pytest.raises(HandcleanError, match=r"in none of its .* frames; is"):
         label(trial.unlabelled, resized(trial.subject, 1.5))
     tried = 2 * LabelConfig().start_frames
-    further = 2 * np.log(trial.unlabelled.frames) / np.log(track_take.HOPELESS)
+    further = (
+        2 * np.log(trial.unlabelled.frames) / np.log(track_take.UNFOUND_STRIDE_FACTOR)
+    )
     assert tried < len(efforts) <= tried + further + 2
 
 
@@ -196,3 +198,23 @@ def test_a_take_of_a_few_frames_is_labelled(trial, frames):
     found, figures = label(short, trial.subject)
     assert found.frames == frames
     assert figures.followed == frames
+
+
+def test_repair_and_review_each_have_a_switch():
+    """Many ghosts and dropouts: each pass changes what the other leaves."""
+    hard = SimulateConfig(
+        seed=0,
+        rate_hz=60.0,
+        duration_s=5.0,
+        dropouts_per_s=1.0,
+        ghosts_per_s=10.0,
+        impostors_per_s=2.0,
+    )
+    take = next(iter(simulate("grasp", hard)))
+    found = set()
+    for repair in (True, False):
+        for review in (True, False):
+            settings = LabelConfig(repair=repair, review=review)
+            labelled, _ = label(take.unlabelled, take.subject, settings=settings)
+            found.add(labelled.markers.positions.tobytes())
+    assert len(found) == 4

@@ -42,21 +42,23 @@ from handclean.labels.review.paths import Glance, Paths, paths_of
 from handclean.labels.review.review import Scene
 from handclean.labels.review.suppose import measured
 from handclean.labels.settings import LabelConfig
-from handclean.labels.target import Sought, sought
-from handclean.labels.track.frames import follow
+from handclean.labels.target import TrackTarget, make_target
+from handclean.labels.track.frames import track_frames
 from handclean.labels.track.links import path_links
-from handclean.labels.track.tracker import (
-    Kit,
-    Rules,
-    Trace,
-    Way,
-    kit_of,
-    make_trace,
-    new_book,
+from handclean.labels.track.state import (
+    FrameSequence,
+    TrackResult,
+    empty_result,
     new_state,
-    rules_of,
+    start_stats,
 )
-from handclean.labels.track_take import first_fit
+from handclean.labels.track.tracker import (
+    Tracker,
+    TrackSetup,
+    make_tracker,
+    track_setup,
+)
+from handclean.labels.track_take import find_first_fit
 from handclean.layouts.feasible import feasible
 from handclean.layouts.optimize import SEARCHES, optimize
 from handclean.layouts.problem import make_problem, on_bones
@@ -118,11 +120,11 @@ class Bench:
     """What labelling a take needs, set out by hand, and what it finds."""
 
     cloud: Cloud
-    thing: Sought
-    rules: Rules
-    way: Way
-    kit: Kit
-    trace: Trace
+    target: TrackTarget
+    setup: TrackSetup
+    sequence: FrameSequence
+    tracker: Tracker
+    result: TrackResult
     paths: Paths
 
 
@@ -130,31 +132,32 @@ def bench() -> Bench:
     """Set out a take of which nothing is known yet."""
     made = trial("demo", TAKE)
     cloud = cloud_of(made.unlabelled)
-    thing = sought(made.subject, read_prior(), "")
-    rules = rules_of(LabelConfig(), SolveConfig(), made.unlabelled.rate)
-    trace = make_trace(cloud.frames, len(thing.sigma), len(thing.mean))
-    after, before = path_links(cloud, LabelConfig(), 4.0 * rules.patience)
+    target = make_target(made.subject, read_prior(), "")
+    setup = track_setup(LabelConfig(), SolveConfig(), made.unlabelled.rate)
+    result = empty_result(cloud.frames, len(target.sigma), len(target.mean))
+    after, before = path_links(cloud, LabelConfig(), made.unlabelled.rate)
     return Bench(
         cloud=cloud,
-        thing=thing,
-        rules=rules,
-        way=Way(cloud.at, cloud.start, before),
-        kit=kit_of(thing, rules, SolveConfig()),
-        trace=trace,
-        paths=paths_of(cloud, after, before, trace),
+        target=target,
+        setup=setup,
+        sequence=FrameSequence(cloud.at, cloud.start, before),
+        tracker=make_tracker(target, setup),
+        result=result,
+        paths=paths_of(cloud, after, before, result),
     )
 
 
 def following() -> None:
     """Find a hand, and follow it for a few frames."""
     on = bench()
-    found = first_fit(on.cloud, on.thing, on.rules, LabelConfig(), SolveConfig())
+    found = find_first_fit(on.cloud, on.target, on.setup)
     assert found is not None
-    state = new_state(len(found.thing.sigma), len(found.thing.mean))
+    state = new_state(len(found.target.sigma), len(found.target.mean))
     state.pose[:] = found.pose
-    book = new_book(found.thing, on.rules, (found.chosen < 0).astype(np.int64))
-    stop = min(found.frame + 3, on.cloud.frames)
-    follow(on.way, found.frame, stop, 1, state, book, on.kit, on.trace)
+    unseen = (found.chosen < 0).astype(np.int64)
+    stats = start_stats(found.target, on.setup.rules, unseen)
+    first, stop = found.frame, min(found.frame + 3, on.cloud.frames)
+    track_frames(on.sequence, first, stop, 1, state, stats, on.tracker, on.result)
 
 
 def solving() -> None:
@@ -193,9 +196,9 @@ def skin() -> None:
 def reviewing() -> None:
     """Judge a path of a take in which nothing has been followed yet."""
     on = bench()
-    state = new_state(len(on.thing.sigma), len(on.thing.mean))
-    places, _ = measured(on.way, on.kit, on.trace)
-    scene = Scene(on.paths, on.way, state, on.kit, on.trace, places)
+    state = new_state(len(on.target.sigma), len(on.target.mean))
+    places, _ = measured(on.sequence, on.tracker, on.result)
+    scene = Scene(on.paths, on.sequence, state, on.tracker, on.result, places)
     nowhere = Glance(np.full(1, -1), np.zeros(1, dtype=np.int64))
     scene.judge(nowhere, -1)
 

@@ -15,26 +15,23 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.hand.subject import Subject
 from handclean.ik.prior import PosturePrior
-from handclean.ik.settings import SolveConfig
 from handclean.ik.wrong_side import MIRROR_RATIO, is_odd, mirrored, refuse
 from handclean.labels.points import Cloud
-from handclean.labels.settings import LabelConfig
-from handclean.labels.target import sought
-from handclean.labels.track.tracker import Rules, Trace
-from handclean.labels.track_take import EFFORTS, find
+from handclean.labels.target import make_target
+from handclean.labels.track.state import TrackResult
+from handclean.labels.track.tracker import TrackSetup
+from handclean.labels.track_take import THOROUGH_SEARCH, find_in_frame
 
-FRAMES = 5
-"""Frames in which the mirror image is looked for."""
+MIRROR_FRAMES = 5
+"""Frames in which the mirror image is looked for. Chosen."""
 
 
 def expect_side(
     cloud: Cloud,
     subject: Subject,
-    trace: Trace,
+    result: TrackResult,
     prior: PosturePrior | None,
-    rules: Rules,
-    settings: LabelConfig,
-    solving: SolveConfig,
+    setup: TrackSetup,
 ) -> None:
     """Expect that the other hand does not fit the points of a take clearly better.
 
@@ -43,26 +40,28 @@ def expect_side(
     HandcleanError
         If it does.
     """
-    seen = trace.chosen >= 0
-    if not subject.model.tree.side or not is_odd(subject, seen, trace.rms):
+    seen = result.chosen >= 0
+    if not subject.model.tree.side or not is_odd(subject, seen, result.rms):
         return
-    other = sought(replace(subject, model=mirrored(subject.model)), prior)
+    other = make_target(replace(subject, model=mirrored(subject.model)), prior)
     count = seen.sum(axis=1)
-    rows = np.flatnonzero(trace.known & (count >= np.quantile(count[trace.known], 0.5)))
-    rows = rows[np.linspace(0, len(rows) - 1, FRAMES).astype(int)]
-    ways = [
-        find(cloud, other, int(frame), rules, settings, solving, EFFORTS[1])
+    rows = np.flatnonzero(
+        result.tracked & (count >= np.quantile(count[result.tracked], 0.5))
+    )
+    rows = rows[np.linspace(0, len(rows) - 1, MIRROR_FRAMES).astype(int)]
+    fits = [
+        find_in_frame(cloud, other, int(frame), setup, THOROUGH_SEARCH)
         for frame in rows
     ]
-    found = [way for way in ways if way is not None]
+    found = [fit for fit in fits if fit is not None]
     if len(found) < len(rows):
         return
     missing = 1.0 - seen[rows].mean(axis=1)
-    own = trace.rms[rows] / other.spacing + settings.alpha * missing
-    if np.median([way.score for way in found] / own) < MIRROR_RATIO:
-        has = [float((way.chosen >= 0).sum()) for way in found]
-        better = f"{np.median(has):.0f} markers at {_mm([way.rms for way in found])}"
-        worse = f"{np.median(count[rows]):.0f} at {_mm(trace.rms[rows])}"
+    own = result.rms[rows] / other.spacing + setup.labelling.alpha * missing
+    if np.median([fit.score for fit in found] / own) < MIRROR_RATIO:
+        has = [float((fit.chosen >= 0).sum()) for fit in found]
+        better = f"{np.median(has):.0f} markers at {_mm([fit.rms for fit in found])}"
+        worse = f"{np.median(count[rows]):.0f} at {_mm(result.rms[rows])}"
         refuse(subject, f"{better} against {worse}")
 
 

@@ -8,11 +8,11 @@ from handclean.arrays import Floats, Ints
 from handclean.hand.model import Model, marker_positions, neutral_pose
 from handclean.labels.points import Cloud
 
-_FRAMES = 50
-"""So many frames are measured, evenly through the take."""
+MEASURED_FRAMES = 50
+"""How many frames are measured, evenly through the take. Chosen."""
 
-_MOST_POINTS = 200
-"""So many points of a frame are measured; further ones are not of a hand's markers."""
+MEASURED_POINTS = 200
+"""How many points of a frame are measured at most. Chosen: more than a hand has."""
 
 
 def unit_hint(cloud: Cloud, model: Model) -> str:
@@ -41,7 +41,7 @@ def markers_unit_hint(positions: Floats, model: Model) -> str:
 
 def _spread(rows: Ints) -> Ints:
     """Some of the frames, evenly through them."""
-    count = min(_FRAMES, len(rows))
+    count = min(MEASURED_FRAMES, len(rows))
     return np.asarray(rows[np.linspace(0, len(rows) - 1, count).astype(int)])
 
 
@@ -71,7 +71,7 @@ def _measure(points: Floats) -> tuple[float, float]:
     The latter is the median distance to the nearest neighbour.
     """
     span = float(np.ptp(points, axis=0).max())
-    some = points[:_MOST_POINTS]
+    some = points[:MEASURED_POINTS]
     apart = np.linalg.norm(some[:, None] - some[None], axis=2)
     np.fill_diagonal(apart, np.inf)
     return span, float(np.median(apart.min(axis=1)))

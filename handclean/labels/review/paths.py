@@ -7,7 +7,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 from handclean.labels.points import Cloud
-from handclean.labels.track.tracker import ABSENT, FOLLOWED, RETURNED, Trace
+from handclean.labels.track.state import ABSENT, FOLLOWED, RETURNED, TrackResult
 
 SAMPLES = 6
 """Frames of a path that are looked at."""
@@ -44,16 +44,16 @@ class Paths(NamedTuple):
         return Glance(rows, self.frame[rows])
 
 
-def paths_of(cloud: Cloud, after: Ints, before: Ints, trace: Trace) -> Paths:
-    """Collect the paths, and the names that a trace gives their points."""
+def paths_of(cloud: Cloud, after: Ints, before: Ints, result: TrackResult) -> Paths:
+    """Collect the paths, and the names that a result gives their points."""
     first = np.flatnonzero(before < 0)
     length = np.zeros(len(first), dtype=np.int64)
     number = np.full(len(after), -1)
     samples = np.zeros((len(first), SAMPLES), dtype=np.int64)
     _walk(first, after, number, length, samples)
     name = np.full(len(after), -1)
-    frames, markers = np.nonzero(trace.chosen >= 0)
-    name[trace.chosen[frames, markers]] = markers
+    frames, markers = np.nonzero(result.chosen >= 0)
+    name[result.chosen[frames, markers]] = markers
     return Paths(
         length=length,
         samples=samples,
@@ -113,23 +113,23 @@ def _rows(row: int, paths: Paths) -> Ints:
     return np.array(out)
 
 
-def rename(first: int, name: int, paths: Paths, trace: Trace) -> None:
+def rename(first: int, name: int, paths: Paths, result: TrackResult) -> None:
     """Give all points of a path from one on a name, where no other point has it."""
     rows = _rows(first, paths)
     t, old = paths.frame[rows], paths.name[rows]
-    go = (old != name) & trace.known[t]
+    go = (old != name) & result.tracked[t]
     if name >= 0:
-        go &= trace.chosen[t, name] < 0
+        go &= result.chosen[t, name] < 0
     lose = go & (old >= 0)
-    trace.chosen[t[lose], old[lose]] = -1
-    trace.fate[t[lose], old[lose]] = ABSENT
-    trace.sure[t[lose], old[lose]] = 0.0
+    result.chosen[t[lose], old[lose]] = -1
+    result.outcome[t[lose], old[lose]] = ABSENT
+    result.confidence[t[lose], old[lose]] = 0.0
     if name >= 0:
-        trace.chosen[t[go], name] = rows[go]
-        trace.fate[t[go], name] = FOLLOWED
+        result.chosen[t[go], name] = rows[go]
+        result.outcome[t[go], name] = FOLLOWED
         if go[0]:
-            trace.fate[t[0], name] = RETURNED
-        trace.sure[t[go], name] = 0.9
+            result.outcome[t[0], name] = RETURNED
+        result.confidence[t[go], name] = 0.9
     paths.name[rows[go]] = name
     paths.changed[t[go]] = True
 

@@ -6,7 +6,7 @@ a path both show: with a ghost the finger never fits as it usually does; with th
 marker it does in every frame. So such a path is tried, in a few frames spread over its
 life, as what it is called now, as nothing, and as each marker that is hidden meanwhile
 and near; the alternative that is worth most, by a margin, stands. To what the fit is
-worth (`bend.worth`) comes how far the finger must have jumped, at the path's beginning,
+worth (`fit_cost`) comes how far the finger must have jumped, at the path's beginning,
 from where it was last seen.
 
 Most paths need no trial (`in_doubt`): all their points have the same name, their finger
@@ -29,15 +29,16 @@ from handclean.labels.review.paths import (
     own_names,
     rename,
 )
-from handclean.labels.review.suppose import judge_path, jump
-from handclean.labels.track.fit import MISSING
-from handclean.labels.track.tracker import Kit, State, Trace, Way
+from handclean.labels.review.suppose import Renaming, judge_path, jump
+from handclean.labels.track.fit import MISSING_COST
+from handclean.labels.track.state import FrameSequence, FrameState, TrackResult
+from handclean.labels.track.tracker import Tracker
 
 SHORTEST = 3
 """Frames that a path of no marker must last to be given a name."""
 
 MARGIN = 2.0
-"""By how much, in `worth`, another name must be better."""
+"""By how much, in `fit_cost`, another name must be better."""
 
 WELL = 6.0
 """A name fits well if the path is worth so much more with it than without."""
@@ -50,7 +51,7 @@ RIVALS = 3
 """How many hidden markers a path is tried as."""
 
 TROUBLE = 2.0
-"""By how much, in `worth`, a finger fits worse than usual to be doubted."""
+"""By how much, in `fit_cost`, a finger fits worse than usual to be doubted."""
 
 BROKEN = 20
 """Frames that a take's paths last on average below which every finger that fits worse
@@ -67,10 +68,10 @@ class Scene(NamedTuple):
     """
 
     paths: Paths
-    way: Way
-    s: State
-    kit: Kit
-    trace: Trace
+    sequence: FrameSequence
+    state: FrameState
+    tracker: Tracker
+    result: TrackResult
     places: Floats
 
     def judge(
@@ -85,24 +86,24 @@ class Scene(NamedTuple):
     ) -> tuple[float, float]:
         """Return what a path is worth under a name, and the jumps: see `judge_path`."""
         return judge_path(
-            seen, name, other, bent, enough, write,
-            self.way, self.s, self.kit, self.trace,
+            seen, Renaming(name, other, bent), enough, write,
+            self.sequence, self.state, self.tracker, self.result,
         )  # fmt: skip
 
     def alike(self, own: int) -> Bools:
         """(M,) markers on other fingers that are as far out."""
-        branch, rank = self.kit.branch, self.kit.rank
+        branch, rank = self.tracker.branch, self.tracker.rank
         both = (branch > 0) & (branch[own] > 0)
         found: Bools = both & (branch != branch[own]) & (rank == rank[own])
         return found
 
 
-def fingers(squares: Floats, kit: Kit) -> Floats:
+def fingers(squares: Floats, tracker: Tracker) -> Floats:
     """(T, B) by how much each finger's fit is worse than it usually is."""
-    cost = np.fmin(np.nan_to_num(squares / kit.variance), MISSING)
-    each = np.zeros((len(cost), int(kit.branch.max(initial=0)) + 1))
+    cost = np.fmin(np.nan_to_num(squares / tracker.variance), MISSING_COST)
+    each = np.zeros((len(cost), int(tracker.branch.max(initial=0)) + 1))
     for branch in range(each.shape[1]):
-        each[:, branch] = cost[:, kit.branch == branch].sum(axis=1)
+        each[:, branch] = cost[:, tracker.branch == branch].sum(axis=1)
     known = np.isfinite(squares).any(axis=1)
     return each - np.median(each[known], axis=0) if known.any() else each
 
@@ -114,11 +115,11 @@ def in_doubt(scene: Scene, squares: Floats) -> Ints:
     ----------
     squares : (T, M) [m^2] distances of the points from their places, NaN none.
     """
-    paths, kit, trace = scene.paths, scene.kit, scene.trace
-    own, votes = own_names(paths, len(kit.branch))
+    paths, tracker, result = scene.paths, scene.tracker, scene.result
+    own, votes = own_names(paths, len(tracker.branch))
     named = own >= 0
-    trouble = fingers(squares, kit)
-    where = kit.branch[own[paths.number]]
+    trouble = fingers(squares, tracker)
+    where = tracker.branch[own[paths.number]]
     sums = np.bincount(
         paths.number, trouble[paths.frame, where], minlength=len(paths.length)
     )
@@ -126,13 +127,13 @@ def in_doubt(scene: Scene, squares: Floats) -> Ints:
     bad = named & (sums > (0.0 if broken else TROUBLE) * paths.length)
     rows = paths.samples
     frames = paths.frame[rows]
-    hidden: Bools = np.all(trace.chosen[frames] < 0, axis=1)
+    hidden: Bools = np.all(result.chosen[frames] < 0, axis=1)
     hidden[named, own[named]] = False
     doubt = bad | (named & (votes < paths.length))
     for n in np.flatnonzero(~doubt & hidden.any(axis=1)):
         some = np.flatnonzero(hidden[n])
         away = apart(
-            scene.places[frames[n]][:, some], scene.way.at[rows[n]][:, None]
+            scene.places[frames[n]][:, some], scene.sequence.at[rows[n]][:, None]
         ).min(axis=0)
         if named[n]:
             touching = scene.alike(own[n])[some] & (away < TOUCHING)
@@ -146,10 +147,10 @@ def in_doubt(scene: Scene, squares: Floats) -> Ints:
 
 def _jumped(n: int, own: int, scene: Scene) -> bool:
     """Whether a path's finger is not where it was before or will be afterwards."""
-    seen, trace = scene.paths.glance(n), scene.trace
+    seen, result = scene.paths.glance(n), scene.result
     for at, by in ((0, -1), (-1, 1)):
         t = int(seen.frames[at])
-        if jump(t, by, own, trace.pose[t], scene.kit, trace) > SMOOTH:
+        if jump(t, by, own, result.pose[t], scene.tracker, result) > SMOOTH:
             return True
     return False
 
@@ -162,13 +163,13 @@ def rivals(seen: Glance, own: int, well: bool, scene: Scene) -> list[int]:
     own, well : the path's name, -1 none, and whether it fits well. Then only markers
         on other fingers, as far out and very near, are rivals.
     """
-    able: Bools = np.all(scene.trace.chosen[seen.frames] < 0, axis=0)
+    able: Bools = np.all(scene.result.chosen[seen.frames] < 0, axis=0)
     if own >= 0:
         able[own] = False
     if well:
         able &= scene.alike(own)
     some = np.flatnonzero(able)
-    here = scene.way.at[seen.rows][:, None]
+    here = scene.sequence.at[seen.rows][:, None]
     away = apart(scene.places[seen.frames][:, some], here).min(axis=0)
     order = np.argsort(away, kind="stable")
     most = TOUCHING if well else NEAR
@@ -182,8 +183,8 @@ def review_path(n: int, scene: Scene) -> bool:
     -------
     Whether it was renamed.
     """
-    paths, trace = scene.paths, scene.trace
-    own, votes = own_name(n, paths, len(scene.kit.branch))
+    paths, result = scene.paths, scene.result
+    own, votes = own_name(n, paths, len(scene.tracker.branch))
     if own < 0 and paths.length[n] < SHORTEST:
         return False
     seen = paths.glance(n)
@@ -214,7 +215,7 @@ def review_path(n: int, scene: Scene) -> bool:
             return True
         if votes == paths.length[n]:
             return False
-    rename(int(seen.rows[0]), name, paths, trace)
+    rename(int(seen.rows[0]), name, paths, result)
     return True
 
 
@@ -228,14 +229,14 @@ def _displaceable(seen: Glance, scene: Scene) -> list[tuple[int, int]]:
 
     The first is seen all the while the path is, on another.
     """
-    kit, trace, t = scene.kit, scene.trace, int(seen.frames[0])
+    tracker, result, t = scene.tracker, scene.result, int(seen.frames[0])
     places = scene.places[t]
-    held = (trace.chosen[seen.frames] >= 0).all(axis=0) & (kit.branch > 0)
-    held &= apart(places, scene.way.at[seen.rows[0]]) <= NEAR
-    hidden = np.flatnonzero(trace.chosen[t] < 0)
+    held = (result.chosen[seen.frames] >= 0).all(axis=0) & (tracker.branch > 0)
+    held &= apart(places, scene.sequence.at[seen.rows[0]]) <= NEAR
+    hidden = np.flatnonzero(result.chosen[t] < 0)
     pairs = []
     for m in np.flatnonzero(held) if len(hidden) else ():
-        there = scene.way.at[trace.chosen[t, m]]
+        there = scene.sequence.at[result.chosen[t, m]]
         near = hidden[apart(places[hidden], there) <= NEAR]
         pairs += [(int(m), int(n)) for n in near]
     return pairs
@@ -262,9 +263,9 @@ def displace(seen: Glance, nothing: float, scene: Scene) -> bool:
             best, name, to = found, m, n
     if name < 0:
         return False
-    there = int(scene.trace.chosen[seen.frames[0], name])
-    rename(begin(there, scene.paths), to, scene.paths, scene.trace)
-    rename(int(seen.rows[0]), name, scene.paths, scene.trace)
+    there = int(scene.result.chosen[seen.frames[0], name])
+    rename(begin(there, scene.paths), to, scene.paths, scene.result)
+    rename(int(seen.rows[0]), name, scene.paths, scene.result)
     return True
 
 
@@ -277,11 +278,11 @@ def change_places(seen: Glance, own: int, scene: Scene) -> bool:
     -------
     Whether that was better, by the margin, and was done.
     """
-    trace, at = scene.trace, scene.way.at
+    result, at = scene.result, scene.sequence.at
     best, name, there = 0.5 * MARGIN, -1, -1
-    mine = trace.known[seen.frames] & (trace.chosen[seen.frames, own] == seen.rows)
+    mine = result.tracked[seen.frames] & (result.chosen[seen.frames, own] == seen.rows)
     for m in np.flatnonzero(scene.alike(own)):
-        rows = trace.chosen[seen.frames, m]
+        rows = result.chosen[seen.frames, m]
         both = mine & (rows >= 0) & (apart(at[rows], at[seen.rows]) <= TOUCHING)
         if not both.any():
             continue
@@ -293,16 +294,16 @@ def change_places(seen: Glance, own: int, scene: Scene) -> bool:
     if name < 0:
         return False
     other = begin(there, scene.paths)
-    rename(int(seen.rows[0]), -1, scene.paths, trace)
-    rename(other, own, scene.paths, trace)
-    rename(int(seen.rows[0]), name, scene.paths, trace)
+    rename(int(seen.rows[0]), -1, scene.paths, result)
+    rename(other, own, scene.paths, result)
+    rename(int(seen.rows[0]), name, scene.paths, result)
     return True
 
 
 def refit(scene: Scene) -> None:
     """Solve the frames whose names changed anew, from the poses they had."""
-    changed, trace = scene.paths.changed, scene.trace
-    enough = (trace.chosen >= 0).sum(axis=1) >= 4
+    changed, result = scene.paths.changed, scene.result
+    enough = (result.chosen >= 0).sum(axis=1) >= 4
     frames = np.flatnonzero(changed & enough)
     changed[:] = False
     if len(frames) > 0:

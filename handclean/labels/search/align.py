@@ -2,106 +2,97 @@
 
 Maycock 2015 section III-A, for every cluster of points and every start posture:
 
-1. *PCA alignment* (eq. 1): the axes of model and cluster are laid onto each other, with
-   every combination of signs. Of the eight, four mirror the hand, which no hand can
-   do; four are rotations and are tried. Where they do not fit - arbitrary postures,
-   points of other things - rotations spread evenly over all orientations follow.
+1. *PCA alignment* (eq. 1), see `orientations`. Where that does not fit - arbitrary
+   postures, points of other things - rotations spread evenly over all orientations
+   follow.
 2. *Scale*, of a template only, from the two oriented bounding boxes.
-3. *ICP*, rigid, each step assigning by the Hungarian method with a shrinking gate.
-4. *Hungarian and inverse kinematics* in turns until the assignment stands.
+3. *ICP*, rigid, each step assigning by the Hungarian method with a shrinking gate
+   (`icp.rigid_icp`).
+4. *Hungarian and inverse kinematics* in turns until the assignment stands
+   (`assign_and_solve`).
 5. *Score* (eq. 2): E + alpha D. E is the mean distance of assigned points in units of
    the mean distance between neighbouring markers, D the share of markers without a
    point: both without dimension, so that alpha = 1 means the same for any hand and
    unit.
 """
 
-import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.hand.model import marker_positions
-from handclean.ik.settings import SolveConfig
-from handclean.kernels import jit
-from handclean.kernels.align import align
-from handclean.kernels.gauss_newton import Observations, misfit
-from handclean.kernels.rotations import matrix_from_quaternion
-from handclean.labels.clusters import candidates
-from handclean.labels.target import Sought, scaled
-from handclean.labels.track.alternatives import exchange, reach_out
-from handclean.labels.track.fit import bend, distances, narrow, target_of
-from handclean.labels.track.tracker import Kit, Rules, State, kit_of, new_state
-from handclean.numerics.assignment import assign_rows
+from handclean.labels.clusters import cluster_candidates
+from handclean.labels.search.icp import rigid_icp
+from handclean.labels.search.orientations import (
+    principal_axes,
+    sign_combinations,
+    spread_rotations,
+)
+from handclean.labels.target import TrackTarget, scale_target
+from handclean.labels.track.alternatives import exchange_fingers, search_missing_fingers
+from handclean.labels.track.fit import (
+    assign_and_solve,
+    closed_gate,
+    measure_fit,
+    observe_points,
+)
+from handclean.labels.track.state import FrameState, new_state
+from handclean.labels.track.tracker import Tracker, TrackSetup, make_tracker
+
+RIGID_GATE_M, SOLVE_GATE_M = 0.06, 0.035
+"""[m] how far a marker may be from its point in a rigid alignment, and when its pose is
+solved for. Chosen."""
+
+FINGER_SEARCH_RADIUS_M = 0.1
+"""[m] how far a finger may be from its points when the rest of the hand stands.
+Chosen: the length of a finger."""
+
+SETTLED_COST_PER_MARKER = 2.0
+"""`fit_cost` per marker under which a fit may be all there is to find. Chosen."""
+
+CLOSELY_SEARCHED_FITS = 5
+"""How many of the fits have their fingers searched for and exchanged. Chosen."""
+
+ORIENTATIONS_KEPT = 4
+"""How many orientations of a posture in a cluster are kept. Chosen."""
+
+CLUSTER_RADIUS_FACTOR = 1.1
+"""Smallest radius of clusters, per the longest step between markers. Chosen."""
+
+MIN_TEMPLATE_SCALE, MAX_TEMPLATE_SCALE = 0.7, 1.4
+"""How far a template is scaled to the points. Chosen: the hands of children and of
+large men."""
+
+GOOD_RMS_FACTOR, GOOD_RMS_EXTRA_M = 1.25, 3e-4
+"""A fit is good if its RMS distance is under the calibrated one times the factor, plus
+the extra [m]. Chosen."""
+
+GOOD_MISSING_SHARE = 0.1
+"""Share of markers that a good fit may lack. Chosen."""
 
 
-@jit
-def lay_rigidly(
-    shape: Floats,
-    points: Floats,
-    turns: Floats,
-    centre: Floats,
-    gate: float,
-    rounds: int,
-    poses: Floats,
-    scores: Floats,
-) -> None:
-    """Lay a stiff model onto points from many orientations (ICP by assignment).
+class SearchEffort(NamedTuple):
+    """How much a search tries.
 
-    Parameters
-    ----------
-    shape : (M, 3) [m] markers of one posture, root unturned at the origin.
-    points : (P, 3) [m]
-    turns : (R, 3, 3) rotations to start from; centre : (3,) [m] where to put the mean.
-    gate : [m] longest distance at the start; it shrinks to a third.
-    poses : (R, 7), scores : (R,) [m^2] mean squared distance, cut at the gate;
-        overwritten in full.
+    postures : how many of the target's start postures. rotations : how many
+    orientations besides those of the axes. kept : how many of the rigid alignments are
+    solved for.
     """
-    markers, count = shape.shape[0], points.shape[0]
-    middle = np.zeros(3)
-    for m in range(markers):
-        for n in range(3):
-            middle[n] += shape[m, n] / markers
-    placed, target = np.zeros((markers, 3)), np.zeros((markers, 3))
-    weight, price = np.zeros(markers), np.zeros(markers)
-    cost, chosen = np.zeros((markers, count)), np.zeros(markers, dtype=np.int64)
-    pose, matrix = np.zeros(7), np.zeros((3, 3))
-    for r in range(turns.shape[0]):
-        pose[:] = 0.0
-        pose[3] = 1.0
-        matrix[:] = turns[r]
-        for n in range(3):
-            pose[n] = centre[n]
-            for j in range(3):
-                pose[n] -= matrix[n, j] * middle[j]
-        for step in range(rounds + 1):
-            reach = gate * (1.0 - 0.67 * step / rounds)
-            for m in range(markers):
-                for n in range(3):
-                    placed[m, n] = pose[n]
-                    for j in range(3):
-                        placed[m, n] += matrix[n, j] * shape[m, j]
-            price[:] = reach * reach
-            distances(placed, points, reach, cost)
-            assign_rows(cost, price, chosen)
-            total = 0.0
-            for m in range(markers):
-                total += price[m] if chosen[m] < 0 else cost[m, chosen[m]]
-            scores[r] = total / markers
-            if step == rounds or target_of(points, chosen, target, weight) < 3:
-                break
-            align(shape, target, weight, pose)
-            matrix_from_quaternion(pose[3:7], matrix)
-        poses[r] = pose
+
+    postures: int
+    rotations: int
+    kept: int
 
 
 @dataclass(frozen=True, kw_only=True)
-class Found:
-    """A model laid onto the points of one frame.
+class FrameFit:
+    """A target fitted to the points of one frame.
 
     Attributes
     ----------
-    thing : the model, scaled if it was a template.
+    target : the target, scaled if it was a template.
     frame : where.
     pose : (7 + D,)
     chosen : (M,) row of each marker's point among the frame's points, -1 none.
@@ -109,7 +100,7 @@ class Found:
     rms : [m] of the assigned markers.
     """
 
-    thing: Sought
+    target: TrackTarget
     frame: int
     pose: Floats
     chosen: Ints
@@ -117,144 +108,133 @@ class Found:
     rms: float
 
 
-def good(one: Found) -> bool:
+def is_good_fit(fit: FrameFit) -> bool:
     """Whether a fit is as close as the model promises, with hardly a marker missing."""
-    usual = float(np.sqrt(np.mean(one.thing.sigma**2)))
-    return one.rms < 1.25 * usual + 3e-4 and float(np.mean(one.chosen < 0)) <= 0.1
+    usual = float(np.sqrt(np.mean(fit.target.sigma**2)))
+    close = fit.rms < GOOD_RMS_FACTOR * usual + GOOD_RMS_EXTRA_M
+    return close and float(np.mean(fit.chosen < 0)) <= GOOD_MISSING_SHARE
 
 
-def principal_axes(points: Floats) -> tuple[Floats, Floats, Floats]:
-    """Mean (3,), right-handed axes (3, 3) as columns, and extents (3,) along them."""
-    middle = points.mean(axis=0)
-    axes = np.linalg.eigh((points - middle).T @ (points - middle))[1][:, ::-1].copy()
-    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-    along = (points - middle) @ axes
-    return middle, axes, np.ptp(along, axis=0)
-
-
-def sign_combinations(source: Floats, target: Floats) -> Floats:
-    """(4, 3, 3) rotations that lay right-handed axes onto others (eq. 1)."""
-    signs = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]])
-    return np.array([(target * sign) @ source.T for sign in signs])
-
-
-def spread_rotations(count: int) -> Floats:
-    """(count, 3, 3) rotations spread evenly over all orientations.
-
-    The super-Fibonacci spiral of Alexa, Super-Fibonacci Spirals: Fast, Low-Discrepancy
-    Sampling of SO(3), CVPR 2022.
-    """
-    phi, psi = math.sqrt(2.0), 1.533751168755204288118041
-    s = np.arange(count) + 0.5
-    t, d = s / count, 2.0 * math.pi * s
-    r, big = np.sqrt(t), np.sqrt(1.0 - t)
-    q = np.stack(
-        [
-            r * np.sin(d / phi),
-            r * np.cos(d / phi),
-            big * np.sin(d / psi),
-            big * np.cos(d / psi),
-        ],
-        axis=1,
-    )
-    w, x, y, z = q.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.ascontiguousarray(np.moveaxis(np.array(rows), 2, 0))
-
-
-GATES = (0.06, 0.035)
-"""[m] how far a marker may be from its point when laid stiffly, and when bent."""
-
-REACH = 0.1
-"""[m] how far a finger may be from its points when the rest of the hand stands."""
-
-PLAIN = 2.0
-"""Cost per marker below which a bent alignment may be all there is to find."""
-
-FINALISTS = 5
-"""How many of the bent alignments are worth a closer look."""
-
-
-def search(
+def search_frame(
     points: Floats,
-    thing: Sought,
+    target: TrackTarget,
     frame: int,
-    *,
-    rules: Rules,
-    alpha: float,
-    solving: SolveConfig,
-    postures: int,
-    rotations: int,
-    keep: int,
-) -> list[Found]:
-    """Lay a model onto the points of one frame in every way worth trying.
+    setup: TrackSetup,
+    effort: SearchEffort,
+) -> list[FrameFit]:
+    """Fit a target to the points of one frame in every way worth trying.
 
     Parameters
     ----------
     points : (P, 3) [m]
     frame : its number, for the record.
-    alpha : weight of markers without a point.
-    postures : how many of the model's start postures to try.
-    rotations : how many orientations to try besides those of the axes.
-    keep : how many of the stiff alignments are bent onto the points.
+    effort : how much is tried.
 
     Returns
     -------
-    The ways found, no two with the same assignment, the best first; or only one, as
+    The fits found, no two with the same assignment, the best first; or only one, as
     soon as it is good.
     """
-    starts = _stiff(points, thing, postures, rotations)
-    starts.sort(key=lambda start: start[0])
-    bent: dict[bytes, _Bent] = {}
-    ways: dict[bytes, Found] = {}
-    for _, pose, sized in starts[:keep]:
-        kit = kit_of(sized, rules, solving)
-        state = new_state(len(thing.sigma), len(thing.mean))
-        least = narrow(kit)
-        cost = bend(pose, points, state, kit, kit.basis, max(GATES[1], least), least)
-        if cost < PLAIN * len(thing.sigma):
-            way = _finished(points, _Bent(cost, pose, state, kit, sized), frame, alpha)
-            if good(way):
-                return [way]
-            ways.setdefault(way.chosen.tobytes(), way)
+    starts = _rigid_starts(points, target, effort)
+    starts.sort(key=lambda start: start.score)
+    rough: dict[bytes, _RoughFit] = {}
+    fits: dict[bytes, FrameFit] = {}
+    alpha = setup.labelling.alpha
+    for start in starts[: effort.kept]:
+        found = _solved(points, start, setup)
+        if found.cost < SETTLED_COST_PER_MARKER * len(target.sigma):
+            fit = _finished(points, found, frame, alpha)
+            if is_good_fit(fit):
+                return [fit]
+            fits.setdefault(fit.chosen.tobytes(), fit)
             continue
-        same = bent.get(state.chosen.tobytes())
-        if np.isfinite(cost) and (same is None or cost < same.cost):
-            bent[state.chosen.tobytes()] = _Bent(cost, pose, state, kit, sized)
-    best = sorted(bent.values(), key=lambda one: one.cost)[:FINALISTS]
+        key = found.state.chosen.tobytes()
+        same = rough.get(key)
+        if np.isfinite(found.cost) and (same is None or found.cost < same.cost):
+            rough[key] = found
+    best = sorted(rough.values(), key=lambda one: one.cost)[:CLOSELY_SEARCHED_FITS]
     for one in best:
-        way = _finished(points, one, frame, alpha)
-        ways.setdefault(way.chosen.tobytes(), way)
-    return sorted(ways.values(), key=lambda way: way.score)
+        fit = _finished(points, one, frame, alpha)
+        fits.setdefault(fit.chosen.tobytes(), fit)
+    return sorted(fits.values(), key=lambda fit: fit.score)
+
+
+class _RigidStart(NamedTuple):
+    """A rigid alignment: its score, the pose, and the target, scaled if a template."""
+
+    score: float
+    pose: Floats
+    target: TrackTarget
 
 
 @dataclass(frozen=True)
-class _Bent:
-    """A model bent onto points, and what that is worth."""
+class _RoughFit:
+    """A pose solved for from a rigid alignment, and its `fit_cost`."""
 
     cost: float
     pose: Floats
-    state: State
-    kit: Kit
-    thing: Sought
+    state: FrameState
+    tracker: Tracker
+    target: TrackTarget
 
 
-def _finished(points: Floats, one: _Bent, frame: int, alpha: float) -> Found:
-    """Reach out for points left over, exchange fingers, and score (eq. 2)."""
-    kit, state, pose = one.kit, one.state, one.pose
-    target_of(points, state.chosen, state.target, state.weight)
-    cost = reach_out(pose, points, state, kit, REACH, one.cost)
-    exchange(pose, points, state, kit, cost)
-    misfit(pose, Observations(state.target, state.weight), kit.tree, kit.k)
+def _rigid_starts(
+    points: Floats, target: TrackTarget, effort: SearchEffort
+) -> list[_RigidStart]:
+    """Return every posture at its best orientations in every cluster of points."""
+    angles = target.starts[: effort.postures]
+    markers = len(target.model.labels)
+    spread = spread_rotations(effort.rotations)
+    out: list[_RigidStart] = []
+    radius = CLUSTER_RADIUS_FACTOR * target.step
+    for rows in cluster_candidates(points, radius, max(4, markers // 2)):
+        centre, axes, extent = principal_axes(points[rows])
+        sized = target
+        if not target.fixed_size:
+            sized = scale_target(target, _template_scale(target, extent))
+        for posture, shape in zip(angles, _shapes(sized, angles), strict=True):
+            turns = sign_combinations(principal_axes(shape)[1], axes)
+            turns = np.ascontiguousarray(np.concatenate([turns, spread]))
+            fits = rigid_icp(shape, points, turns, centre, RIGID_GATE_M)
+            for r in np.argsort(fits.scores, kind="stable")[:ORIENTATIONS_KEPT]:
+                pose = np.concatenate([fits.poses[r], posture])
+                out.append(_RigidStart(float(fits.scores[r]), pose, sized))
+    return out
+
+
+def _template_scale(target: TrackTarget, extent: Floats) -> float:
+    """Scale of a template whose flat hand is as large as points of (3,) [m] extent."""
+    flat = _shapes(target, target.starts[1:2])[0]
+    ratio = extent[:2] / principal_axes(flat)[2][:2]
+    return float(np.clip(np.median(ratio), MIN_TEMPLATE_SCALE, MAX_TEMPLATE_SCALE))
+
+
+def _solved(points: Floats, start: _RigidStart, setup: TrackSetup) -> _RoughFit:
+    """Assign points and solve for the pose, from a rigid alignment."""
+    target = start.target
+    tracker = make_tracker(target, setup)
+    state = new_state(len(target.sigma), len(target.mean))
+    least = closed_gate(tracker.variance)
+    cost = assign_and_solve(
+        start.pose, points, state, tracker, tracker.basis, max(SOLVE_GATE_M, least),
+        least,
+    )  # fmt: skip
+    return _RoughFit(cost, start.pose, state, tracker, target)
+
+
+def _finished(points: Floats, rough: _RoughFit, frame: int, alpha: float) -> FrameFit:
+    """Search for fingers without points, exchange fingers, and score (eq. 2)."""
+    tracker, state, pose = rough.tracker, rough.state, rough.pose
+    observe_points(points, state.chosen, state.observed, state.weight)
+    cost = search_missing_fingers(
+        pose, points, state, tracker, FINGER_SEARCH_RADIUS_M, rough.cost
+    )
+    exchange_fingers(pose, points, state, tracker, cost)
     has = state.chosen >= 0
-    away = np.linalg.norm(kit.k.error[has], axis=1)
-    score = away.mean() / one.thing.spacing + alpha * (1.0 - has.mean())
-    return Found(
-        thing=one.thing,
+    away = np.sqrt(measure_fit(pose, state, tracker).squares[has])
+    score = away.mean() / rough.target.spacing + alpha * (1.0 - has.mean())
+    return FrameFit(
+        target=rough.target,
         frame=frame,
         pose=pose,
         chosen=state.chosen.copy(),
@@ -263,35 +243,9 @@ def _finished(points: Floats, one: _Bent, frame: int, alpha: float) -> Found:
     )
 
 
-def _stiff(
-    points: Floats, thing: Sought, postures: int, rotations: int
-) -> list[tuple[float, Floats, Sought]]:
-    """Return (score, pose, model) of every posture at its best orientations."""
-    angles = thing.starts[:postures]
-    markers = len(thing.model.labels)
-    spread = spread_rotations(rotations)
-    out: list[tuple[float, Floats, Sought]] = []
-    for rows in candidates(points, 1.1 * thing.step, max(4, markers // 2)):
-        centre, axes, extent = principal_axes(points[rows])
-        sized = thing
-        if not thing.fixed_size:
-            flat = _shapes(thing, thing.starts[1:2])[0]
-            ratio = extent[:2] / principal_axes(flat)[2][:2]
-            sized = scaled(thing, float(np.clip(np.median(ratio), 0.7, 1.4)))
-        for posture, shape in zip(angles, _shapes(sized, angles), strict=True):
-            turns = sign_combinations(principal_axes(shape)[1], axes)
-            turns = np.ascontiguousarray(np.concatenate([turns, spread]))
-            poses, scores = np.zeros((len(turns), 7)), np.zeros(len(turns))
-            lay_rigidly(shape, points, turns, centre, GATES[0], 5, poses, scores)
-            for r in np.argsort(scores, kind="stable")[:4]:
-                pose = np.concatenate([poses[r], posture])
-                out.append((float(scores[r]), pose, sized))
-    return out
-
-
-def _shapes(thing: Sought, angles: Floats) -> Floats:
+def _shapes(target: TrackTarget, angles: Floats) -> Floats:
     """(S, M, 3) [m] markers of each posture, the root unturned at the origin."""
     poses = np.zeros((len(angles), 7 + angles.shape[1]))
     poses[:, 3] = 1.0
     poses[:, 7:] = angles
-    return marker_positions(thing.model, poses)
+    return marker_positions(target.model, poses)

@@ -1,1 +1,1 @@
-"""A target followed from frame to frame: the state, the fit, what is refused."""
+"""A target tracked from frame to frame: prediction, assignment, fit, outliers."""

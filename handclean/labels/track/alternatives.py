@@ -1,4 +1,4 @@
-"""When a fit is suspicious: other poses to start from, fingers exchanged.
+"""Other fits to try when one is poor: a finger restarted, searched for or exchanged.
 
 Fingers stand beside each other and look alike, so that two of them can change places,
 whole or from a joint outwards, and bend until the residual is nearly right. No single
@@ -9,262 +9,246 @@ import math
 
 import numpy as np
 
-from handclean.arrays import Floats
+from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
-from handclean.kernels.align import align
-from handclean.kernels.gauss_newton import Observations, misfit
 from handclean.labels.track.fit import (
-    bend,
-    distances,
-    narrow,
-    resettle,
-    target_of,
-    worth,
+    MIN_POINTS,
+    PoseFit,
+    gated_squares,
+    measure_fit,
+    observe_points,
+    place_markers,
+    solve_pose,
 )
-from handclean.labels.track.tracker import Kit, State, put
+from handclean.labels.track.state import FrameState
+from handclean.labels.track.tracker import Tracker
 from handclean.numerics.assignment import assign_rows
 
-BETTER = 4.0
-"""By how much, in `worth`, an exchange must be better to be believed."""
+MIN_GAIN = 4.0
+"""By how much another assignment must lower `fit_cost` to be believed, in squared
+standard deviations. Chosen: two standard deviations of one marker."""
+
+SEARCH_ROUNDS = 6
+"""Rounds of assignment in `search_missing_fingers` at most. Chosen."""
+
+EXCHANGES, MAX_EXCHANGED = 4, 4
+"""Exchanges in a row at most, and markers of a finger that are exchanged at most: as
+many as marker sets put on one."""
 
 
 @jit
-def lay(pose: Floats, points: Floats, s: State, kit: Kit, gate: float) -> None:
-    """Lay a stiff hand onto points, in place: four rounds of assignment."""
-    markers = s.weight.shape[0]
-    cost, price = np.zeros((markers, points.shape[0])), np.zeros(markers)
-    still = np.zeros(pose.shape[0])
-    for turn in range(4):
-        reach = gate * (1.0 - 0.2 * turn)
-        put(pose, kit, s.places)
-        distances(s.places, points, reach, cost)
-        price[:] = reach * reach
-        assign_rows(cost, price, s.chosen)
-        if target_of(points, s.chosen, s.target, s.weight) < 4:
-            return
-        still[:] = pose
-        still[:3] = 0.0
-        still[3] = 1.0
-        still[4:7] = 0.0
-        put(still, kit, s.places)
-        align(s.places, s.target, s.weight, pose)
-
-
-@jit
-def exchange(pose: Floats, points: Floats, s: State, kit: Kit, cost: float) -> float:
-    """Try to exchange the outer markers of two fingers; keep what is better, in place.
+def exchange_outer_markers(
+    chosen: Ints, one: int, other: int, depth: int, branch: Ints, rank: Ints
+) -> tuple[Ints, bool]:
+    """Exchange the points of the ``depth`` outermost markers of two fingers.
 
     Parameters
     ----------
-    pose, s.chosen : a fit, overwritten by a better one.
-    cost : what it is worth.
+    chosen : (M,) row of each marker's point.
+    one, other : the fingers' numbers in ``branch``.
+    branch, rank : (M,) see `Tracker`.
 
     Returns
     -------
-    What the fit is worth afterwards.
+    (M,) rows, and whether both fingers have so many markers.
     """
-    markers = s.weight.shape[0]
-    best, best_pose = s.chosen.copy(), pose.copy()
-    base, trial = s.chosen.copy(), pose.copy()
-    fingers = kit.branch.max() if markers > 0 else 0
-    for _ in range(4):
-        found = cost
+    exchanged, deep_enough = chosen.copy(), False
+    for m in range(chosen.shape[0]):
+        if branch[m] != one or rank[m] >= depth:
+            continue
+        for n in range(chosen.shape[0]):
+            if branch[n] == other and rank[n] == rank[m]:
+                exchanged[m], exchanged[n] = chosen[n], chosen[m]
+                if rank[m] == depth - 1:
+                    deep_enough = True
+    return exchanged, deep_enough
+
+
+@jit
+def exchange_fingers(
+    pose: Floats, points: Floats, state: FrameState, tracker: Tracker, cost: float
+) -> float:
+    """Exchange the outer markers of two fingers where that is better, in place.
+
+    Parameters
+    ----------
+    pose : (7 + D,) a fit, overwritten by a better one.
+    state : its chosen, observed and weight go with the pose.
+    cost : `fit_cost` of the fit.
+
+    Returns
+    -------
+    `fit_cost` afterwards.
+    """
+    best, best_pose = state.chosen.copy(), pose.copy()
+    base, trial = state.chosen.copy(), pose.copy()
+    branch, rank = tracker.branch, tracker.rank
+    fingers = branch.max() if base.shape[0] > 0 else 0
+    for _ in range(EXCHANGES):
+        lowest = cost
         for one in range(1, fingers + 1):
             for other in range(one + 1, fingers + 1):
-                for depth in range(1, 5):
-                    s.chosen[:] = base
-                    moved = 0
-                    for m in range(markers):
-                        if kit.branch[m] != one or kit.rank[m] >= depth:
-                            continue
-                        for n in range(markers):
-                            if kit.branch[n] == other and kit.rank[n] == kit.rank[m]:
-                                s.chosen[m], s.chosen[n] = base[n], base[m]
-                                if kit.rank[m] == depth - 1:
-                                    moved = 1
-                    if moved == 0:
+                for depth in range(1, MAX_EXCHANGED + 1):
+                    exchanged, deep_enough = exchange_outer_markers(
+                        base, one, other, depth, branch, rank
+                    )
+                    if not deep_enough:
                         break
+                    state.chosen[:] = exchanged
                     trial[:] = pose
-                    if target_of(points, s.chosen, s.target, s.weight) < 4:
+                    count = observe_points(
+                        points, exchanged, state.observed, state.weight
+                    )
+                    if count < MIN_POINTS:
                         continue
-                    resettle(trial, kit.none, s, kit)
-                    after = worth(s.weight, kit)
-                    if after < found - BETTER:
-                        found = after
-                        best[:] = s.chosen
+                    fit = solve_pose(trial, tracker.no_basis, state, tracker)
+                    if fit.cost < lowest - MIN_GAIN:
+                        lowest = fit.cost
+                        best[:] = exchanged
                         best_pose[:] = trial
-        if found >= cost:
+        if lowest >= cost:
             break
-        cost = found
+        cost = lowest
         pose[:] = best_pose
         base[:] = best
-    s.chosen[:] = base
-    target_of(points, s.chosen, s.target, s.weight)
+    state.chosen[:] = base
+    observe_points(points, state.chosen, state.observed, state.weight)
     return cost
 
 
 @jit
-def rebend(pose: Floats, branch: int, s: State, kit: Kit) -> float:
-    """Bend one finger onto its points from other postures; keep the best, in place.
+def restart_finger(
+    pose: Floats, branch: int, fit: PoseFit, state: FrameState, tracker: Tracker
+) -> PoseFit:
+    """Solve again with one finger in other postures; keep the best pose, in place.
 
-    With few markers a finger can fit in more than one way, and following it can end in
+    With few markers a finger can fit in more than one way, and tracking it can end in
     the wrong one.
+
+    Parameters
+    ----------
+    pose : (7 + D,) a solution, overwritten by a better one.
+    branch : the finger's number in ``tracker.branch``.
+    fit : how well ``pose`` fits.
 
     Returns
     -------
-    What the fit is worth afterwards.
+    How well the pose fits afterwards.
     """
-    best, best_pose, trial = worth(s.weight, kit), pose.copy(), pose.copy()
-    for start in range(kit.starts.shape[0]):
+    lowest, best_pose, trial = fit.cost, pose.copy(), pose.copy()
+    for start in range(tracker.starts.shape[0]):
         trial[:] = pose
-        for d in range(kit.hinge_branch.shape[0]):
-            if kit.hinge_branch[d] == branch:
-                trial[7 + d] = kit.starts[start, d]
-        resettle(trial, kit.none, s, kit)
-        found = worth(s.weight, kit)
-        if found < best - BETTER:
-            best = found
+        for d in range(tracker.hinge_branch.shape[0]):
+            if tracker.hinge_branch[d] == branch:
+                trial[7 + d] = tracker.starts[start, d]
+        found = solve_pose(trial, tracker.no_basis, state, tracker)
+        if found.cost < lowest - MIN_GAIN:
+            lowest = found.cost
             best_pose[:] = trial
     pose[:] = best_pose
-    misfit(pose, Observations(s.target, s.weight), kit.tree, kit.k)
-    return best
+    return measure_fit(pose, state, tracker)
 
 
 @jit
-def reach_out(
-    pose: Floats, points: Floats, s: State, kit: Kit, gate: float, cost: float
+def fit_branch(
+    pose: Floats,
+    points: Floats,
+    searched: Bools,
+    free: Bools,
+    state: FrameState,
+    tracker: Tracker,
+    gate_m: float,
+) -> float:
+    """Assign free points to some markers and solve, in turns; ``pose`` in place.
+
+    Parameters
+    ----------
+    searched : (M,) markers that are given points anew; others keep those they have.
+    free : (P,) points that they may have.
+    state : its chosen, observed and weight are overwritten.
+
+    Returns
+    -------
+    `fit_cost`.
+    """
+    markers = state.weight.shape[0]
+    squares, price = np.zeros((markers, points.shape[0])), np.zeros(markers)
+    places, found = np.zeros((markers, 3)), np.full(markers, -1)
+    last = state.chosen.copy()
+    for _ in range(SEARCH_ROUNDS):
+        place_markers(pose, tracker, places)
+        gated_squares(places, points, gate_m, squares)
+        for m in range(markers):
+            price[m] = gate_m * gate_m if searched[m] else -1.0
+            for p in range(points.shape[0]):
+                if not searched[m] or not free[p]:
+                    squares[m, p] = math.inf
+        assign_rows(squares, price, found)
+        same = True
+        for m in range(markers):
+            if searched[m]:
+                state.chosen[m] = found[m]
+            same = same and state.chosen[m] == last[m]
+            last[m] = state.chosen[m]
+        if same:
+            break
+        count = observe_points(points, state.chosen, state.observed, state.weight)
+        if count < MIN_POINTS:
+            break
+        solve_pose(pose, tracker.no_basis, state, tracker)
+    return measure_fit(pose, state, tracker).cost
+
+
+@jit
+def search_missing_fingers(
+    pose: Floats,
+    points: Floats,
+    state: FrameState,
+    tracker: Tracker,
+    gate_m: float,
+    cost: float,
 ) -> float:
     """Give markers without a point, finger by finger, points further off, in place.
 
     A finger far from where the start posture had it is left without points when the
-    gate closes. Once the rest of the hand stands, it is tried alone.
+    gate closes. Once the rest of the hand stands, it is searched for alone: first its
+    markers without a point, then all of them.
 
     Parameters
     ----------
-    pose, s.chosen : a fit, overwritten by a better one.
-    gate : [m] how far to look.
-    cost : what the fit is worth.
+    pose : (7 + D,) a fit, overwritten by a better one.
+    state : its chosen, observed and weight go with the pose.
+    gate_m : [m] how far from its place a marker's point may be.
+    cost : `fit_cost` of the fit.
 
     Returns
     -------
-    What the fit is worth afterwards.
+    `fit_cost` afterwards.
     """
-    markers = s.weight.shape[0]
-    base, base_pose = s.chosen.copy(), pose.copy()
+    markers = state.weight.shape[0]
+    base, base_pose = state.chosen.copy(), pose.copy()
+    searched = np.zeros(markers, np.bool_)
     free = np.zeros(points.shape[0], np.bool_)
-    pairs, price = np.zeros((markers, points.shape[0])), np.zeros(markers)
-    picked = base.copy()
-    for branch in range(kit.branch.max() + 1):
-        for whole in range(2):  # those without a point; then all of the finger
-            loose = 0
+    for branch in range(tracker.branch.max() + 1):
+        for whole_finger in (False, True):
+            missing = 0
             free[:] = True
             for m in range(markers):
-                mine = kit.branch[m] == branch
-                loose += 1 if mine and base[m] < 0 else 0
-                if base[m] >= 0 and not (mine and whole == 1):
+                mine = tracker.branch[m] == branch
+                missing += 1 if mine and base[m] < 0 else 0
+                searched[m] = mine and (whole_finger or base[m] < 0)
+                if base[m] >= 0 and not searched[m]:
                     free[base[m]] = False
-            if loose == 0:
+            if missing == 0:
                 break
             pose[:] = base_pose
-            last = base.copy()
-            for _ in range(6):
-                put(pose, kit, s.places)
-                distances(s.places, points, gate, pairs)
-                for m in range(markers):
-                    out = kit.branch[m] != branch or (whole == 0 and base[m] >= 0)
-                    price[m] = -1.0 if out else gate * gate
-                    for p in range(points.shape[0]):
-                        if out or not free[p]:
-                            pairs[m, p] = math.inf
-                assign_rows(pairs, price, picked)
-                same = True
-                for m in range(markers):
-                    s.chosen[m] = picked[m] if price[m] > 0.0 else base[m]
-                    same = same and s.chosen[m] == last[m]
-                    last[m] = s.chosen[m]
-                if same or target_of(points, s.chosen, s.target, s.weight) < 4:
-                    break
-                resettle(pose, kit.none, s, kit)
-            misfit(pose, Observations(s.target, s.weight), kit.tree, kit.k)
-            after = worth(s.weight, kit)
-            if after < cost - BETTER:
+            state.chosen[:] = base
+            after = fit_branch(pose, points, searched, free, state, tracker, gate_m)
+            if after < cost - MIN_GAIN:
                 cost = after
-                base[:] = s.chosen
+                base[:] = state.chosen
                 base_pose[:] = pose
     pose[:] = base_pose
-    s.chosen[:] = base
-    target_of(points, s.chosen, s.target, s.weight)
+    state.chosen[:] = base
+    observe_points(points, state.chosen, state.observed, state.weight)
     return cost
-
-
-@jit
-def recover(points: Floats, s: State, kit: Kit, gate: float, cost: float) -> float:
-    """Find the hand again from where it was; keeps the best in ``s.pose``.
-
-    Starts are the last pose, the same moved by as much as the middle of all points
-    near it, and the predicted pose; each laid stiffly, then bent.
-
-    Parameters
-    ----------
-    s : ``pose`` and ``chosen`` are the fit so far; overwritten by a better one.
-    gate : [m] how far to look.
-    cost : what the fit so far is worth.
-
-    Returns
-    -------
-    What the fit is worth afterwards.
-    """
-    markers = s.weight.shape[0]
-    best_pose, best = s.pose.copy(), s.chosen.copy()
-    least = narrow(kit)
-    for start in range(4):
-        s.attempt[:] = s.last
-        if start == 1 or start == 3:
-            for n in range(s.attempt.shape[0]):
-                s.attempt[n] += s.velocity[n]
-            norm = 0.0
-            for n in range(3, 7):
-                norm += s.attempt[n] ** 2
-            for n in range(3, 7):
-                s.attempt[n] /= math.sqrt(norm)
-        if start >= 2:
-            _centre(s.attempt, points, s, kit, 0.15)
-        lay(s.attempt, points, s, kit, gate)
-        found = bend(s.attempt, points, s, kit, kit.none, 0.7 * gate, least)
-        if found < cost - 1.0:
-            cost = found
-            best_pose[:] = s.attempt
-            best[:] = s.chosen
-    s.pose[:] = best_pose
-    s.chosen[:] = best
-    target_of(points, s.chosen, s.target, s.weight)
-    if cost > 2.0 * markers:
-        cost = reach_out(s.pose, points, s, kit, gate, cost)
-        cost = exchange(s.pose, points, s, kit, cost)
-    return cost
-
-
-@jit
-def _centre(pose: Floats, points: Floats, s: State, kit: Kit, radius: float) -> None:
-    """Move a pose so that the middle of its markers is that of the points about it."""
-    put(pose, kit, s.places)
-    middle = np.zeros(3)
-    markers = s.places.shape[0]
-    for m in range(markers):
-        for n in range(3):
-            middle[n] += s.places[m, n] / markers
-    for _ in range(3):
-        total, count = np.zeros(3), 0
-        for p in range(points.shape[0]):
-            d2 = 0.0
-            for n in range(3):
-                d2 += (points[p, n] - middle[n]) ** 2
-            if d2 < radius * radius:
-                count += 1
-                for n in range(3):
-                    total[n] += points[p, n] - middle[n]
-        if count < 4:
-            return
-        for n in range(3):
-            middle[n] += total[n] / count
-            pose[n] += total[n] / count

@@ -1,155 +1,227 @@
-"""Assigning and bending in turns, and what a fit is worth."""
+"""A pose fitted to points: assignment and inverse kinematics in turns, and the cost."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.ik.frames import PoseProblem, solve_frame
 from handclean.kernels import jit
+from handclean.kernels.chain import place_links, place_points
 from handclean.kernels.gauss_newton import (
+    ROOT_OPEN,
     Observations,
     Openness,
-    StepControl,
     Subspace,
     find_open_hinges,
     misfit,
 )
-from handclean.labels.track.tracker import Kit, State, put
+from handclean.labels.track.state import FrameState
+from handclean.labels.track.tracker import Tracker
 from handclean.numerics.assignment import assign_rows
 
-TURNS, LAYERS = 20, 4
-"""Turns of `bend` at most, and how many of them begin in the posture subspace."""
+MIN_POINTS = 4
+"""Markers with a point that a pose is fitted to at least; three fit too easily."""
 
-MISSING = 12.0
-"""What a marker without a point costs in `worth`; as much as one at 3.5 times its RMS
-distance."""
+MAX_ROUNDS, SUBSPACE_ROUNDS = 20, 4
+"""Rounds of `assign_and_solve` at most, and how many of them begin in the posture
+subspace. Chosen."""
+
+MISSING_COST = 12.0
+"""Cost of a marker without a point, as much as one at 3.5 times its RMS distance.
+Chosen."""
+
+MIN_GATE_M, GATE_SD = 8e-3, 3.0
+"""[m], [sd] a gate never closes further than to the larger of these. Chosen."""
+
+GATE_SHRINK = 0.75
+"""Factor by which the gate closes from round to round. Chosen."""
+
+
+class PoseFit(NamedTuple):
+    """How well a pose fits the points of its markers.
+
+    squares (M,) [m^2] : squared distance of each marker from its point, NaN where it
+    has none. cost : see `fit_cost`. assigned : markers with a point.
+    """
+
+    squares: Floats
+    cost: float
+    assigned: int
 
 
 @jit
-def distances(places: Floats, points: Floats, gate: float, cost: Floats) -> None:
-    """Write squared distances (M, P), inf beyond the gate."""
+def no_fit(markers: int) -> PoseFit:
+    """Return the fit of a pose to no points at all; its cost is infinite."""
+    return PoseFit(np.full(markers, math.nan), math.inf, 0)
+
+
+@jit
+def fit_cost(squares: Floats, variance: Floats) -> float:
+    """Cost of a fit, in squared standard deviations.
+
+    A marker costs its squared distance over its variance, `MISSING_COST` at most; a
+    marker without a point costs `MISSING_COST`.
+
+    Parameters
+    ----------
+    squares : (M,) [m^2], NaN without a point. variance : (M,) [m^2]
+    """
+    total = 0.0
+    for m in range(squares.shape[0]):
+        if math.isnan(squares[m]):
+            total += MISSING_COST
+        else:
+            total += min(squares[m] / variance[m], MISSING_COST)
+    return total
+
+
+@jit
+def place_markers(pose: Floats, tracker: Tracker, places: Floats) -> Floats:
+    """Write where (M, 3) [m] a pose puts the markers.
+
+    Returns
+    -------
+    (L, 3, 3) rotation of each link: a view of the workspace, until the next call.
+    """
+    chain, work = tracker.chain, tracker.work
+    place_links(
+        pose, chain.parent, chain.offset, chain.axis, work.turn, work.origin,
+        work.column,
+    )  # fmt: skip
+    place_points(work.turn, work.origin, chain.link, chain.at, places)
+    for m in range(places.shape[0]):
+        for n in range(3):
+            places[m, n] += pose[n]
+    return work.turn
+
+
+@jit
+def measure_fit(pose: Floats, state: FrameState, tracker: Tracker) -> PoseFit:
+    """Return how well a pose fits the points that the state observes."""
+    weight, error = state.weight, tracker.work.error
+    seen = Observations(state.observed, weight)
+    misfit(pose, seen, tracker.chain, tracker.work)
+    squares, assigned = np.full(weight.shape[0], math.nan), 0
+    for m in range(weight.shape[0]):
+        if weight[m] > 0.0:
+            e = error[m]
+            squares[m] = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
+            assigned += 1
+    return PoseFit(squares, fit_cost(squares, tracker.variance), assigned)
+
+
+@jit
+def solve_pose(
+    pose: Floats, basis: Floats, state: FrameState, tracker: Tracker
+) -> PoseFit:
+    """Solve for ``pose``, in place, from the points that the state observes.
+
+    Which joints are open is tested again when other markers are observed than in the
+    last solve; the state remembers both.
+
+    Parameters
+    ----------
+    pose : (7 + D,) start, overwritten.
+    basis : ``tracker.basis`` to begin in the posture subspace, or ``no_basis``.
+
+    Returns
+    -------
+    How well the pose fits afterwards.
+    """
+    chain, work, progress = tracker.chain, tracker.work, state.progress
+    steps, lever_m = tracker.steps, tracker.rules.lever_m
+    same, seen = True, Observations(state.observed, state.weight)
+    for m in range(state.weight.shape[0]):
+        same = same and (state.weight[m] > 0.0) == (state.solved_weight[m] > 0.0)
+        state.solved_weight[m] = state.weight[m]
+    if not same or progress.open_level == ROOT_OPEN:
+        progress.open_level = find_open_hinges(
+            pose, seen, chain, steps.damping, lever_m, work, state.is_open
+        ).level
+    problem = PoseProblem(
+        chain, Subspace(tracker.mean, basis, tracker.prior_m), steps, lever_m
+    )
+    openness = Openness(max(progress.open_level, 1), state.is_open)
+    solve_frame(pose, seen, openness, problem, work)
+    return measure_fit(pose, state, tracker)
+
+
+@jit
+def gated_squares(places: Floats, points: Floats, gate_m: float, out: Floats) -> None:
+    """Write squared distances (M, P) [m^2], infinity beyond the gate."""
     for m in range(places.shape[0]):
         x, y, z = places[m, 0], places[m, 1], places[m, 2]
         for p in range(points.shape[0]):
             a, b, c = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
             d = a * a + b * b + c * c
-            cost[m, p] = d if d <= gate * gate else math.inf
+            out[m, p] = d if d <= gate_m * gate_m else math.inf
 
 
 @jit
-def target_of(points: Floats, chosen: Ints, target: Floats, weight: Floats) -> int:
-    """Write each row's point and weight 1, or weight 0; return how many have one."""
+def observe_points(
+    points: Floats, chosen: Ints, observed: Floats, weight: Floats
+) -> int:
+    """Write each marker's point and weight 1, or weight 0; return how many have one."""
     count = 0
     for m in range(chosen.shape[0]):
         weight[m] = 0.0
         if chosen[m] >= 0:
-            target[m] = points[chosen[m]]
+            observed[m] = points[chosen[m]]
             weight[m] = 1.0
             count += 1
     return count
 
 
 @jit
-def resettle(pose: Floats, basis: Floats, s: State, kit: Kit) -> None:
-    """Solve for ``pose``, in place, from the targets and weights of the state.
-
-    Parameters
-    ----------
-    basis : ``kit.basis`` to begin in the posture subspace, or ``kit.none``.
-    """
-    same, seen = True, Observations(s.target, s.weight)
-    for m in range(s.weight.shape[0]):
-        same = same and (s.weight[m] > 0.0) == (s.there[m] > 0.0)
-        s.there[m] = s.weight[m]
-    damping, enough_m, prior_m = kit.numbers
-    if not same or s.tally[0] == 2:
-        s.tally[0] = find_open_hinges(
-            pose, seen, kit.tree, damping, kit.rules.lever, kit.k, s.is_open
-        ).level
-    problem = PoseProblem(
-        kit.tree,
-        Subspace(kit.mean, basis, prior_m),
-        StepControl(damping, enough_m, 20),
-        kit.rules.lever,
-    )
-    open_now = Openness(max(s.tally[0], 1), s.is_open)
-    solve_frame(pose, seen, open_now, problem, kit.k)
-    misfit(pose, seen, kit.tree, kit.k)
+def closed_gate(variance: Floats) -> float:
+    """[m] gate that no marker in its place leaves, from (M,) [m^2] variances."""
+    return max(MIN_GATE_M, GATE_SD * math.sqrt(variance.max()))
 
 
 @jit
-def distance(kit: Kit, m: int) -> float:
-    """[m] distance of marker m from its point, as `misfit` left it."""
-    e = kit.k.error[m]
-    return math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
-
-
-@jit
-def worth(weight: Floats, kit: Kit) -> float:
-    """Cost of a fit as `misfit` left it, in squared standard deviations.
-
-    Distances count up to the price of a missing marker.
-    """
-    total = 0.0
-    for m in range(weight.shape[0]):
-        if weight[m] > 0.0:
-            e = kit.k.error[m]
-            d2 = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
-            total += min(d2 / kit.variance[m], MISSING)
-        else:
-            total += MISSING
-    return total
-
-
-@jit
-def narrow(kit: Kit) -> float:
-    """[m] gate that no marker in its place leaves."""
-    return max(8e-3, 3.0 * math.sqrt(kit.variance.max()))
-
-
-@jit
-def bend(
+def assign_and_solve(
     pose: Floats,
     points: Floats,
-    s: State,
-    kit: Kit,
+    state: FrameState,
+    tracker: Tracker,
     basis: Floats,
-    gate: float,
-    least: float,
+    gate_m: float,
+    least_gate_m: float,
 ) -> float:
-    """Assign and bend in turns until the assignment stands.
+    """Assign points and solve for the pose, in turns, until the assignment stands.
 
     Parameters
     ----------
     pose : (7 + D,) start, overwritten.
     points : (P, 3) [m]
-    s : its chosen, target and weight are overwritten.
-    basis : ``kit.basis`` to begin in the posture subspace, or ``kit.none``.
-    gate, least : [m] at the start and at the end.
+    state : its chosen, observed and weight are overwritten.
+    basis : ``tracker.basis`` to begin in the posture subspace, or ``no_basis``.
+    gate_m, least_gate_m : [m] at the start and at the end.
 
     Returns
     -------
-    What the fit is worth, see `worth`; infinity without enough points.
+    `fit_cost`; infinity without enough points.
     """
-    markers = s.weight.shape[0]
-    cost, price = np.zeros((markers, points.shape[0])), np.zeros(markers)
-    before = np.full(markers, -2)
-    for turn in range(TURNS):
-        put(pose, kit, s.places)
-        distances(s.places, points, gate, cost)
-        price[:] = gate * gate
-        assign_rows(cost, price, s.chosen)
-        found = target_of(points, s.chosen, s.target, s.weight)
-        if found < 4:
+    markers = state.weight.shape[0]
+    squares, price = np.zeros((markers, points.shape[0])), np.zeros(markers)
+    places, before = np.zeros((markers, 3)), np.full(markers, -2)
+    for turn in range(MAX_ROUNDS):
+        place_markers(pose, tracker, places)
+        gated_squares(places, points, gate_m, squares)
+        price[:] = gate_m * gate_m
+        assign_rows(squares, price, state.chosen)
+        count = observe_points(points, state.chosen, state.observed, state.weight)
+        if count < MIN_POINTS:
             return math.inf
         same = True
         for m in range(markers):
-            same = same and s.chosen[m] == before[m]
-            before[m] = s.chosen[m]
-        if same and gate <= least:
+            same = same and state.chosen[m] == before[m]
+            before[m] = state.chosen[m]
+        if same and gate_m <= least_gate_m:
             break
-        gate = max(0.75 * gate, least)
-        resettle(pose, basis if turn < LAYERS else kit.none, s, kit)
-    misfit(pose, Observations(s.target, s.weight), kit.tree, kit.k)
-    return worth(s.weight, kit)
+        gate_m = max(GATE_SHRINK * gate_m, least_gate_m)
+        subspace = basis if turn < SUBSPACE_ROUNDS else tracker.no_basis
+        solve_pose(pose, subspace, state, tracker)
+    return measure_fit(pose, state, tracker).cost

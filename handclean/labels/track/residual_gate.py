@@ -7,7 +7,8 @@ marker has its own average and spread, since some sit on soft skin and some on b
     threshold = average + strict * spread + small
 
 Both start from the subject's calibration and follow what is accepted. A marker that has
-been followed without a break may stray `STEADY` times as far: its path speaks for it.
+been followed without a break may be `FOLLOWED_GATE_FACTOR` times as far away, since it
+cannot have been exchanged for another point.
 """
 
 import math
@@ -16,18 +17,25 @@ from typing import NamedTuple
 from handclean.arrays import Floats
 from handclean.kernels import jit
 
-STEADY = 2.5
-"""How much further than a newcomer may be a marker followed without a break."""
+FOLLOWED_GATE_FACTOR = 2.5
+"""How much wider the gate is for a marker followed without a break. Chosen."""
 
-_RATE = 0.02
-"""Share of a new distance in the averages."""
+LEARNING_SHARE = 0.02
+"""Share of a frame's distance in the averages, 50 frames. Chosen."""
+
+MEAN_PER_RMS, SD_PER_RMS = 0.92, 0.39
+"""Mean and standard deviation of the length of a random vector with equal normal
+components, per its RMS length: ``sqrt(8 / (3 pi))`` and ``sqrt(1 - 8 / (3 pi))``."""
+
+MAX_MEAN_PER_RMS = 2.0
+"""How many times the calibrated RMS distance an average grows to, at most. Chosen."""
 
 
-class Usual(NamedTuple):
-    """(M,) [m], [m^2], [m]: average, variance of each marker's distance, and a limit.
+class UsualResiduals(NamedTuple):
+    """Each marker's usual distance from its point: mean, variance, limit of the mean.
 
-    No average grows beyond ``most``: a finger that is bent the wrong way round would
-    otherwise make its misfit usual.
+    mean (M,) [m]. variance (M,) [m^2]. most (M,) [m] : no mean grows beyond it; a
+    finger that is bent the wrong way round would otherwise make its misfit usual.
     """
 
     mean: Floats
@@ -35,26 +43,28 @@ class Usual(NamedTuple):
     most: Floats
 
 
-def usual(sigma: Floats, small: float) -> Usual:
-    """Start from (M,) [m] RMS distances; those of random vectors have these moments."""
-    return Usual(
-        mean=0.92 * sigma,
-        variance=(0.39 * sigma) ** 2,
-        most=2.0 * sigma + small,
+def usual_residuals(sigma: Floats, small_m: float) -> UsualResiduals:
+    """Return the distances to expect from (M,) [m] calibrated RMS distances."""
+    return UsualResiduals(
+        mean=MEAN_PER_RMS * sigma,
+        variance=(SD_PER_RMS * sigma) ** 2,
+        most=MAX_MEAN_PER_RMS * sigma + small_m,
     )
 
 
 @jit
-def threshold(of: Usual, m: int, strict: float, small: float) -> float:
+def threshold(usual: UsualResiduals, m: int, strict: float, small_m: float) -> float:
     """[m] how far marker m may be from its place and still be accepted."""
-    return float(of.mean[m] + strict * math.sqrt(of.variance[m]) + small)
+    return float(usual.mean[m] + strict * math.sqrt(usual.variance[m]) + small_m)
 
 
 @jit
-def learn(of: Usual, m: int, distance: float, most: float) -> None:
-    """Let an accepted distance [m], cut at ``most``, into the averages."""
-    away = min(distance, most) - of.mean[m]
-    limit = of.most[m]
-    of.mean[m] = min(of.mean[m] + _RATE * away, limit)
-    variance = of.variance[m] + _RATE * ((1.0 - _RATE) * away * away - of.variance[m])
-    of.variance[m] = min(variance, 0.25 * limit * limit)
+def learn_residual(usual: UsualResiduals, m: int, distance: float, most: float) -> None:
+    """Update marker m's averages, in place, by a distance [m], cut at ``most``."""
+    away = min(distance, most) - usual.mean[m]
+    limit = usual.most[m]
+    usual.mean[m] = min(usual.mean[m] + LEARNING_SHARE * away, limit)
+    variance = usual.variance[m] + LEARNING_SHARE * (
+        (1.0 - LEARNING_SHARE) * away * away - usual.variance[m]
+    )
+    usual.variance[m] = min(variance, 0.25 * limit * limit)

@@ -1,71 +1,124 @@
-"""What the compiled labelling functions share: constants, state, what is written."""
+"""A target made ready for tracking: its joint tree, variances, branches and rules."""
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from handclean.arrays import Bools, Bytes, Floats, Floats32, Ints
+from handclean.arrays import Floats, Ints
 from handclean.ik.settings import SolveConfig
-from handclean.kernels import jit
-from handclean.kernels.chain import place_links, place_points
-from handclean.kernels.gauss_newton import Chain, Workspace, make_workspace
+from handclean.kernels.gauss_newton import (
+    Chain,
+    StepControl,
+    Workspace,
+    make_workspace,
+)
 from handclean.labels.settings import LabelConfig
-from handclean.labels.target import Sought
-from handclean.labels.track.residual_gate import Usual, usual
+from handclean.labels.target import TrackTarget
 
-UNIT = 1e-3
-"""[m] prediction error at which the logarithm in the cost is zero."""
+REFERENCE_ERROR_M = 1e-3
+"""[m] prediction error at which the logarithm in the cost of a pair is zero. A unit
+only: it cancels between the costs of pairs and the price of no point."""
 
-HAND_VOLUME = 8e-3
-"""[m^3] a cube the length of a hand."""
+HAND_VOLUME_M3 = 8e-3
+"""[m^3] the volume that ``ghosts_per_hand`` counts in: a cube of 0.2 m, about the
+length of a hand. Chosen."""
 
-RESTARTS = 4
-"""How many of a model's start postures a finger is tried in when it does not fit."""
+SEEN_ODDS, UNSEEN_ODDS = 99.0, 0.03
+"""Odds that a marker is in view which was, or was not, in the frame before. Chosen."""
 
-ABSENT, FOLLOWED, RETURNED, REFUSED = 0, 1, 2, 3
-"""What became of a marker in a frame."""
+MIN_PREDICTION_ERROR_M = 2e-4
+"""[m] least prediction error of a marker, at any frame rate. Chosen: the noise of a
+motion capture system."""
+
+ACCELERATION_SHARE = 0.25
+"""Share of the step ``acceleration / rate^2`` that a prediction errs by, one sd.
+Chosen."""
+
+LOST_AFTER_S = 0.25
+"""[s] without enough markers after which the target is lost and looked for anew.
+Chosen."""
+
+MAX_HINGE_SPEED_RAD_S = 40.0
+"""[rad/s] a hinge that turns faster has jumped to another solution. Chosen: about
+twice the fastest finger movements."""
+
+USUAL_HINGE_SPEED_RAD_S = 8.0
+"""[rad/s] speed of a hinge out of sight, one sd. Chosen."""
+
+BRANCH_RESTART_POSTURES = 4
+"""How many of a target's start postures a finger is tried in when it does not fit.
+Chosen: the whole-hand postures that `start_postures` lists first."""
+
+SOLVER_STEPS = 20
+"""Gauss-Newton steps of a solve at most. Chosen."""
+
+NEIGHBOUR_DEPTH_M = 1e-3
+"""Weight of a marker's distance along its bone, against whole bones, when the markers
+of a finger are put in order; under 1, so that bones come first."""
 
 
-class Rules(NamedTuple):
-    """Numbers of the tracker; see `LabelConfig`.
+class TrackRules(NamedTuple):
+    """Numbers of the tracker at one frame rate; see `LabelConfig`.
 
-    seen_price, gone_price : price of "no match" of a marker seen, not seen, before.
-    floor : [m] least prediction error; drift : [m] growth per frame out of sight;
-    reach : [m]; strict, small : of the threshold; lever : [m], see `find_open_hinges`;
-    patience : frames without enough markers after which the model is lost; turn :
-    [rad] that a hinge turns at most in a frame; swing : [rad] that it usually does.
+    seen_price, unseen_price : cost of no point for a marker that was, was not, in view
+    before. min_error_m : [m] least prediction error. drift_m : [m] its growth per frame
+    out of sight. reach_m : [m] farthest that a marker reappears. strict, small_m : of
+    the residual gate. lever_m : [m] of the test for open joints, see
+    `find_open_hinges`. lost_after : frames without enough markers after which the
+    target is lost. max_turn_rad, usual_turn_rad : [rad] of a hinge in a frame.
     """
 
     seen_price: float
-    gone_price: float
-    floor: float
-    drift: float
-    reach: float
+    unseen_price: float
+    min_error_m: float
+    drift_m: float
+    reach_m: float
     strict: float
-    small: float
-    lever: float
-    patience: float
-    turn: float
-    swing: float
+    small_m: float
+    lever_m: float
+    lost_after: float
+    max_turn_rad: float
+    usual_turn_rad: float
 
 
-class Kit(NamedTuple):
-    """What does not change while a model is followed, and the kernels' room.
+@dataclass(frozen=True, kw_only=True)
+class TrackSetup:
+    """Settings of labelling and of inverse kinematics, and the rules they give.
 
-    tree, k, numbers (damping, enough_m, prior_m) : of the kernels; mean, basis : the
-    posture prior, none (D, 0) no prior; variance (M,) [m^2] of the distances, RMS
-    squared; branch, rank (M,) : which finger, and how many of its markers lie further
-    out; hinge_branch (D,) : which finger a hinge is of; starts (S, D) [rad] postures.
+    Attributes
+    ----------
+    labelling, solving : the settings.
+    rate : [Hz] of the take.
+    rules : the tracker's numbers at that rate.
     """
 
-    tree: Chain
-    k: Workspace
+    labelling: LabelConfig
+    solving: SolveConfig
+    rate: float
+    rules: TrackRules
+
+
+class Tracker(NamedTuple):
+    """What does not change while a target is tracked, and the solver's workspace.
+
+    chain, work : joint tree with markers, and room, of the kernels. mean (D,), basis
+    (D, K), no_basis (D, 0) : posture prior, and none. prior_m : [m] its weight. steps :
+    how the solver steps and stops. variance (M,) [m^2] : of the markers' distances from
+    their points. branch (M,) : finger that each marker is on, from 1; 0 for the root.
+    rank (M,) : how many markers of its branch lie further out. hinge_branch (D,) :
+    finger of each hinge. starts (S, D) [rad] : postures to restart a finger from.
+    """
+
+    chain: Chain
+    work: Workspace
     mean: Floats
     basis: Floats
-    none: Floats
-    numbers: tuple[float, float, float]
-    rules: Rules
+    no_basis: Floats
+    prior_m: float
+    steps: StepControl
+    rules: TrackRules
     variance: Floats
     branch: Ints
     rank: Ints
@@ -73,208 +126,73 @@ class Kit(NamedTuple):
     starts: Floats
 
 
-class Book(NamedTuple):
-    """What is known of the markers while they are followed.
-
-    bias (M, 3) [m] beside the model, in the link's frame; surprise (M,) [m^2] variance
-    of the prediction error per axis; gone (M,) frames out of sight; usual : distances.
-    """
-
-    bias: Floats
-    surprise: Floats
-    gone: Ints
-    usual: Usual
-
-
-class Way(NamedTuple):
-    """The points of a take, in the direction in which it is followed.
-
-    at (P, 3) [m]; start (T + 1,); back (P,) row of the point before on the same path.
-    """
-
-    at: Floats
-    start: Ints
-    back: Ints
-
-
-class State(NamedTuple):
-    """The frame at hand.
-
-    pose, last, velocity, attempt (7 + D,); places, expected, target (M, 3); weight,
-    s2, price, there (M,); chosen, trial (M,); frozen, is_open (D,); rest, anchor (D,);
-    sure (M,); tally (3,) level of `find_open_hinges`, frames with too little, markers
-    kept; gain (3,) of `learn_velocity`; held (M,) row of each marker's point in the
-    last frame, -1 none; trust (1,) share of links that were right.
-    """
-
-    pose: Floats
-    last: Floats
-    velocity: Floats
-    attempt: Floats
-    places: Floats
-    expected: Floats
-    target: Floats
-    weight: Floats
-    s2: Floats
-    price: Floats
-    there: Floats
-    chosen: Ints
-    trial: Ints
-    frozen: Bools
-    is_open: Bools
-    rest: Floats
-    anchor: Floats
-    sure: Floats32
-    tally: Ints
-    gain: Floats
-    held: Ints
-    trust: Floats
-
-
-class Trace(NamedTuple):
-    """What the tracker found, one row per frame of the take.
-
-    pose (T, 7 + D); chosen (T, M) row of the cloud or -1; sure (T, M) probability that
-    the label is right; fate (T, M) `ABSENT`...; cost (T,) see `worth`; rms (T,) [m];
-    known (T,) whether it was followed.
-    """
-
-    pose: Floats
-    chosen: Ints
-    sure: Floats32
-    fate: Bytes
-    cost: Floats
-    rms: Floats
-    known: Bools
-
-
-def rules_of(settings: LabelConfig, solving: SolveConfig, rate: float) -> Rules:
-    """Return the tracker's numbers for a frame rate [Hz]."""
-    ghosts = settings.ghosts_per_hand / HAND_VOLUME
-    volume = (2.0 * math.pi) ** 1.5 * UNIT**3
-    fall = 0.25 * settings.acceleration_m_s2 / rate**2
-    return Rules(
-        seen_price=2.0 * math.log(99.0 / (ghosts * volume)),
-        gone_price=2.0 * math.log(0.03 / (ghosts * volume)),
-        floor=math.hypot(2e-4, fall),
-        drift=settings.drift_m_s / rate,
-        reach=settings.reach_m,
+def track_setup(settings: LabelConfig, solving: SolveConfig, rate: float) -> TrackSetup:
+    """Return settings with the tracker's numbers for a frame rate [Hz]."""
+    ghosts = settings.ghosts_per_hand / HAND_VOLUME_M3
+    volume = (2.0 * math.pi) ** 1.5 * REFERENCE_ERROR_M**3
+    step = ACCELERATION_SHARE * settings.acceleration_m_s2 / rate**2
+    rules = TrackRules(
+        seen_price=2.0 * math.log(SEEN_ODDS / (ghosts * volume)),
+        unseen_price=2.0 * math.log(UNSEEN_ODDS / (ghosts * volume)),
+        min_error_m=math.hypot(MIN_PREDICTION_ERROR_M, step),
+        drift_m=settings.drift_m_s / rate,
+        reach_m=settings.reach_m,
         strict=settings.strict,
-        small=settings.small_m,
-        lever=solving.lever_m,
-        patience=0.25 * rate,
-        turn=40.0 / rate,
-        swing=8.0 / rate,
+        small_m=settings.small_m,
+        lever_m=solving.lever_m,
+        lost_after=LOST_AFTER_S * rate,
+        max_turn_rad=MAX_HINGE_SPEED_RAD_S / rate,
+        usual_turn_rad=USUAL_HINGE_SPEED_RAD_S / rate,
     )
+    return TrackSetup(labelling=settings, solving=solving, rate=rate, rules=rules)
 
 
-def kit_of(thing: Sought, rules: Rules, solving: SolveConfig) -> Kit:
-    """Return a model with its numbers and room."""
-    markers, hinges = len(thing.sigma), len(thing.mean)
-    of_link = _branch_of_links(thing)
-    return Kit(
-        tree=thing.chain,
-        k=make_workspace(hinges, markers, thing.basis.shape[1]),
-        mean=thing.mean,
-        basis=thing.basis,
-        none=np.zeros((hinges, 0)),
-        numbers=(solving.damping, solving.enough_m, solving.prior_m),
+def make_tracker(target: TrackTarget, setup: TrackSetup) -> Tracker:
+    """Return a target with its numbers and the solver's workspace."""
+    markers, hinges = len(target.sigma), len(target.mean)
+    solving, rules = setup.solving, setup.rules
+    branch_of_link = _branch_of_links(target.chain)
+    return Tracker(
+        chain=target.chain,
+        work=make_workspace(hinges, markers, target.basis.shape[1]),
+        mean=target.mean,
+        basis=target.basis,
+        no_basis=np.zeros((hinges, 0)),
+        prior_m=solving.prior_m,
+        steps=StepControl(solving.damping, solving.enough_m, SOLVER_STEPS),
         rules=rules,
-        variance=thing.sigma**2 + (0.5 * rules.small) ** 2,
-        branch=of_link[thing.chain.link],
-        rank=_ranks(thing, of_link),
-        hinge_branch=of_link[1:],
-        starts=thing.starts[:RESTARTS],
+        variance=target.sigma**2 + (0.5 * rules.small_m) ** 2,
+        branch=branch_of_link[target.chain.link],
+        rank=_rank_on_branch(target.chain, branch_of_link),
+        hinge_branch=branch_of_link[1:],
+        starts=target.starts[:BRANCH_RESTART_POSTURES],
     )
 
 
-def _branch_of_links(thing: Sought) -> Ints:
+def _branch_of_links(chain: Chain) -> Ints:
     """(D + 1,) branch of the root each link is on, from 1; 0 for the root itself."""
-    parent = thing.chain.parent
+    parent = chain.parent
     branch = np.zeros(len(parent), dtype=np.int64)
-    found = 0
+    branches = 0
     for link in range(1, len(parent)):
         if parent[link] == 0:
-            found += 1
-            branch[link] = found
+            branches += 1
+            branch[link] = branches
         else:
             branch[link] = branch[parent[link]]
     return branch
 
 
-def _ranks(thing: Sought, branch: Ints) -> Ints:
+def _rank_on_branch(chain: Chain, branch_of_link: Ints) -> Ints:
     """(M,) how many markers of its branch lie further out than each."""
-    chain = thing.chain
-    depth = 1e-3 * np.linalg.norm(chain.at, axis=1)
+    depth = NEIGHBOUR_DEPTH_M * np.linalg.norm(chain.at, axis=1)
     for m, link in enumerate(chain.link):
         up = int(link)
         while up > 0:
             depth[m] += 1.0
             up = int(chain.parent[up])
     rank = np.zeros(len(depth), dtype=np.int64)
-    for one in range(1, int(branch.max()) + 1):
-        rows = np.flatnonzero(branch[chain.link] == one)
+    for branch in range(1, int(branch_of_link.max()) + 1):
+        rows = np.flatnonzero(branch_of_link[chain.link] == branch)
         rank[rows[np.argsort(-depth[rows], kind="stable")]] = np.arange(len(rows))
     return rank
-
-
-def new_book(thing: Sought, rules: Rules, gone: Ints) -> Book:
-    """Return the state of the markers at the start."""
-    return Book(
-        bias=np.zeros((len(thing.sigma), 3)),
-        surprise=thing.sigma**2 / 3.0 + (2.0 * rules.floor) ** 2 + 1e-6,
-        gone=gone.astype(np.int64),
-        usual=usual(thing.sigma, rules.small),
-    )
-
-
-def new_state(markers: int, hinges: int) -> State:
-    """Room for a frame."""
-    return State(
-        pose=np.zeros(7 + hinges),
-        last=np.zeros(7 + hinges),
-        velocity=np.zeros(7 + hinges),
-        attempt=np.zeros(7 + hinges),
-        places=np.zeros((markers, 3)),
-        expected=np.zeros((markers, 3)),
-        target=np.zeros((markers, 3)),
-        weight=np.zeros(markers),
-        s2=np.zeros(markers),
-        price=np.zeros(markers),
-        there=np.full(markers, -1.0),
-        chosen=np.zeros(markers, dtype=np.int64),
-        trial=np.zeros(markers, dtype=np.int64),
-        frozen=np.zeros(hinges, dtype=np.bool_),
-        is_open=np.zeros(hinges, dtype=np.bool_),
-        rest=np.zeros(hinges),
-        anchor=np.zeros(hinges),
-        sure=np.zeros(markers, dtype=np.float32),
-        tally=np.array([2, 0, 0]),
-        gain=np.array([0.0, 0.0, 1.0]),
-        held=np.full(markers, -1),
-        trust=np.array([0.9]),
-    )
-
-
-def make_trace(frames: int, markers: int, hinges: int) -> Trace:
-    """Room for a take."""
-    return Trace(
-        pose=np.zeros((frames, 7 + hinges)),
-        chosen=np.full((frames, markers), -1),
-        sure=np.zeros((frames, markers), dtype=np.float32),
-        fate=np.zeros((frames, markers), dtype=np.uint8),
-        cost=np.full(frames, np.inf),
-        rms=np.full(frames, np.nan),
-        known=np.zeros(frames, dtype=bool),
-    )
-
-
-@jit
-def put(pose: Floats, kit: Kit, places: Floats) -> None:
-    """Write where (M, 3) [m] a pose puts the markers; leaves the links in the room."""
-    tree, k = kit.tree, kit.k
-    place_links(pose, tree.parent, tree.offset, tree.axis, k.turn, k.origin, k.column)
-    place_points(k.turn, k.origin, tree.link, tree.at, places)
-    for m in range(places.shape[0]):
-        for n in range(3):
-            places[m, n] += pose[n]

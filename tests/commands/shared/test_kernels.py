@@ -12,7 +12,7 @@ import handclean
 from handclean.commands.shared import kernels
 from handclean.errors import HandcleanError
 from handclean.labels.review.suppose import judge_path
-from handclean.labels.track.frames import follow
+from handclean.labels.track.frames import track_frames
 
 UNUSED = {
     "handclean.kernels.rotations.quaternion_from_matrix",
@@ -20,7 +20,7 @@ UNUSED = {
 }
 """Kernels that no command calls (they complete the maps of their module)."""
 
-BY_HAND = (follow, judge_path)
+BY_HAND = (track_frames, judge_path)
 """Kernels that some part calls with what it set out itself, as labelling would."""
 
 

@@ -7,7 +7,7 @@ from handclean.errors import HandcleanError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.io.hdf5.prior import read_prior
-from handclean.labels.checks.evidence import LONG, unproven
+from handclean.labels.checks.evidence import MANY_MARKERS_FRAMES, unproven
 from handclean.labels.label import label
 from handclean.recording import Points, Recording
 
@@ -25,10 +25,10 @@ def test_nearly_all_markers_in_one_frame_prove_a_stretch():
 
 
 def test_most_markers_on_end_prove_a_stretch():
-    assert not doubted([6] * 30 + [12] * LONG + [6] * 30).any()
-    assert doubted([6] * 30 + [12] * (LONG - 1) + [6] * 30).all()
+    assert not doubted([6] * 30 + [12] * MANY_MARKERS_FRAMES + [6] * 30).any()
+    assert doubted([6] * 30 + [12] * (MANY_MARKERS_FRAMES - 1) + [6] * 30).all()
     assert doubted([11] * 200).all()
-    assert doubted([12] * (LONG - 1)).all()
+    assert doubted([12] * (MANY_MARKERS_FRAMES - 1)).all()
 
 
 def test_each_stretch_is_proven_by_itself_and_short_absences_end_none():
