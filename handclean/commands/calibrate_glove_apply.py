@@ -26,7 +26,7 @@ from handclean.glove.smooth import smoothed_chunks
 from handclean.hand.model import marker_positions
 from handclean.io import files
 from handclean.io.glove.angles import with_motion, write_long
-from handclean.io.glove.readings import ReadingsFile
+from handclean.io.glove.readings_file import ReadingsFile
 from handclean.recording import Recording
 from handclean.remarks import texts
 from handclean.runner import progress

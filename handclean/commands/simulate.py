@@ -15,7 +15,7 @@ from handclean.commands.shared.choices import Simulating
 from handclean.errors import HandcleanError, UsageError
 from handclean.glove.poses import key_poses
 from handclean.hand.subject import Subject
-from handclean.io.glove.readings import write_readings
+from handclean.io.glove.write_readings import write_readings
 from handclean.io.hdf5.subject import write_subject
 from handclean.io.landmarks import write_landmarks
 from handclean.io.mesh.meshes import Mesh, write_mesh

@@ -31,7 +31,7 @@ from handclean.glove.settings import (
 )
 from handclean.hand.subject import Subject
 from handclean.io import files
-from handclean.io.glove.readings import write_readings
+from handclean.io.glove.write_readings import write_readings
 from handclean.io.hdf5 import seal
 from handclean.io.hdf5.session import write_session
 from handclean.io.hdf5.subject import write_subject

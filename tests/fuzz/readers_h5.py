@@ -23,7 +23,8 @@ from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.hand.template_surface import template_surface
 from handclean.io import files
-from handclean.io.glove.readings import open_readings, write_readings
+from handclean.io.glove.readings import open_readings
+from handclean.io.glove.write_readings import write_readings
 from handclean.io.hdf5 import seal
 from handclean.io.hdf5.prior import read_prior, write_prior
 from handclean.io.hdf5.session import write_session

@@ -7,7 +7,8 @@ import numpy as np
 
 from handclean.errors import HandcleanError
 from handclean.io import files
-from handclean.io.glove.readings import head_of, open_readings, write_readings
+from handclean.io.glove.readings import head_of, open_readings
+from handclean.io.glove.write_readings import write_readings
 from handclean.io.text.csv_write import write_csv
 from handclean.io.text.mot import inspect_mot, write_mot
 from handclean.io.text.trc_write import write_trc

@@ -18,7 +18,8 @@ from handclean.glove.samples import Samples
 from handclean.hand.subject import Subject
 from handclean.hand.template import template
 from handclean.io.glove.inspect import is_readings
-from handclean.io.glove.readings import ReadingsFile, facts_of, open_readings
+from handclean.io.glove.readings import facts_of, open_readings
+from handclean.io.glove.readings_file import ReadingsFile
 from handclean.io.hdf5.file import read_h5, write_h5
 from handclean.io.hdf5.parts import Array, Fact, Part, expect_finite
 from handclean.io.hdf5.provenance import provenance_item

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from handclean.errors import HandcleanError
-from handclean.io.glove.readings import FORMAT, MARK, head_of, open_readings, rate_said
+from handclean.io.glove.readings import head_of, open_readings, rate_said
+from handclean.io.glove.readings_file import FORMAT, MARK
 from handclean.io.hdf5 import file as h5
 from handclean.io.shared.reading import reported
 from handclean.remarks import Remark, remark

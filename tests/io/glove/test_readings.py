@@ -8,7 +8,8 @@ import pytest
 
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.io import files
-from handclean.io.glove.readings import open_readings, write_readings
+from handclean.io.glove.readings import open_readings
+from handclean.io.glove.write_readings import write_readings
 
 SENSORS = ("A", "B", "C")
 

@@ -14,7 +14,8 @@ from handclean.errors import FileError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.io import files
-from handclean.io.glove.readings import open_readings, write_readings
+from handclean.io.glove.readings import open_readings
+from handclean.io.glove.write_readings import write_readings
 from handclean.io.hdf5 import seal, walker
 from handclean.io.hdf5.file import read_h5, write_h5
 from handclean.io.hdf5.parts import Array, Part
