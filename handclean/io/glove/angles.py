@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from handclean.arrays import Floats
 from handclean.errors import Place
 from handclean.io.hdf5 import seal
-from handclean.io.hdf5.file import LIBRARY, put, put_attrs, storage_of
+from handclean.io.hdf5.encode import LIBRARY, put, put_attrs, storage_of
 from handclean.io.hdf5.parts import Part
 from handclean.io.hdf5.session import write_session
 from handclean.io.shared.writing import unwritable

@@ -11,8 +11,9 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import FileError, Place
 from handclean.io.glove.readings_file import FORMAT, Piece, ReadingsFile
-from handclean.io.hdf5.file import expect_same, open_some, opened
+from handclean.io.hdf5.file import open_some
 from handclean.io.hdf5.numbers import Stored
+from handclean.io.hdf5.opening import expect_same, opened
 
 _NO_READINGS = (
     "has no dataset 'readings' (frames, sensors)",

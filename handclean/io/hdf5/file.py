@@ -22,9 +22,7 @@ has kind ``dict``. Names that HDF5 cannot take are percent-encoded.
 """
 
 import json
-import os
-import stat
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,31 +30,19 @@ from typing import Any
 from urllib.parse import unquote
 
 import h5py
-import numpy as np
-from numpy.typing import NDArray
 
 from handclean.errors import FileError, Place
 from handclean.io.hdf5 import seal, walker
 from handclean.io.hdf5 import walk as h5_walk
+from handclean.io.hdf5.encode import LIBRARY, put, put_attrs
 from handclean.io.hdf5.numbers import Stored
+from handclean.io.hdf5.opening import expect_same, opened
 from handclean.io.hdf5.parts import Array, Fact, Part
 from handclean.io.shared.reading import text
 from handclean.io.shared.writing import unwritable
 
-LIBRARY = ("v110", "v110")
-"""HDF5 1.10 (2016) and later read it; its metadata carry checksums."""
-
-_COMPRESS = 4096
-"""[bytes] smaller datasets are stored as they are."""
-
-_CHUNK = 2**20
-"""[bytes] compressed datasets are cut into pieces of about this size."""
-
 _GROWS = 2**22
 """[bytes] by which a file in memory grows."""
-
-_PADDED = 2**20
-"""[bytes] that texts in a row may take; more only if most of it is not padding."""
 
 
 def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> None:
@@ -93,113 +79,6 @@ def _image(
         head = seal.put(file)
         image: bytes = file.id.get_file_image()
     return image, head
-
-
-def put(group: h5py.Group, part: Part, where: Place) -> None:
-    """Write a part into an open group; errors name it ``where``."""
-    put_attrs(group, part.attrs)
-    for name, item in sorted(part.items.items()):
-        inner, key = where / name, _escaped(name)
-        if isinstance(item, Part):
-            put(group.create_group(key), item, inner)
-        elif isinstance(item, Mapping):
-            put(group.create_group(key), Part({"kind": "dict"}, item), inner)
-        else:
-            kind, values, units = _encoded(item, inner)
-            dataset = group.create_dataset(key, data=values, **storage_of(values))
-            put_attrs(dataset, {"units": units} | ({"kind": kind} if kind else {}))
-
-
-def put_attrs(target: h5py.HLObject, attrs: Mapping[str, Fact]) -> None:
-    """Write attributes, text as UTF-8 of fixed length."""
-    for name, fact in sorted(attrs.items()):
-        if isinstance(fact, str):
-            values = _texts([fact.replace("\0", "?")]).reshape(())
-            target.attrs.create(name, values, dtype=values.dtype)
-        else:
-            target.attrs[name] = fact
-
-
-def _escaped(name: str) -> str:
-    """A name without what HDF5 would take for a path."""
-    out = name.replace("%", "%25").replace("/", "%2F").replace("\0", "%00")
-    return out.replace(".", "%2E") if set(out) <= {"."} else out
-
-
-def _is_plain_text(item: Any) -> bool:
-    return isinstance(item, str) and "\0" not in item
-
-
-def _utf8(text: str) -> bytes:
-    """A text as UTF-8; what is no character (a surrogate) becomes a question mark."""
-    return text.encode("utf-8", "replace")
-
-
-def _texts(texts: Iterable[str]) -> NDArray[Any]:
-    """(N,) texts, all as long as the longest."""
-    raw = [_utf8(text) for text in texts]
-    longest = max(map(len, raw), default=0) or 1
-    return np.array(raw, dtype=h5py.string_dtype("utf-8", longest))
-
-
-def _fit_in_a_row(texts: Sequence[str]) -> bool:
-    """Whether texts can stand side by side without much padding."""
-    sizes = [len(_utf8(text)) for text in texts]
-    padded = len(sizes) * max(sizes, default=0)
-    return padded <= max(_PADDED, 4 * sum(sizes))
-
-
-def _encoded(item: Any, where: Place) -> tuple[str, NDArray[Any], str]:
-    """Return kind, values and units of what becomes a dataset.
-
-    Raises
-    ------
-    FileError
-        If nothing can hold it.
-    """
-    match item:
-        case Array(values=values, units=units):
-            return "", _checked(values, where), units
-        case np.ndarray():
-            return "", _checked(item, where), ""
-        case np.generic():
-            return "number", _checked(np.asarray(item), where), ""
-        case str() if "\0" in item:
-            return "bytes", np.frombuffer(_utf8(item), np.uint8), ""
-        case str():
-            return "text", _texts([item]).reshape(()), ""
-        case bool() | float():
-            return type(item).__name__, np.asarray(item), ""
-        case int() if -(2**63) <= item < 2**63:
-            return "int", np.asarray(item, dtype=np.int64), ""
-        case list() | tuple() if all(map(_is_plain_text, item)) and _fit_in_a_row(item):
-            return type(item).__name__, _texts(item), ""
-    try:
-        return "json", _texts([json.dumps(item, ensure_ascii=False)]).reshape(()), ""
-    except (TypeError, ValueError, RecursionError):
-        kind = type(item).__name__
-        raise FileError(where, f"a {kind} cannot be kept in a file") from None
-
-
-def _checked(values: NDArray[Any], where: Place) -> NDArray[Any]:
-    if values.dtype.kind not in "biuf" or values.dtype.itemsize > 8:
-        raise FileError(where, f"{values.dtype} numbers cannot be kept in a file")
-    return values
-
-
-def storage_of(values: NDArray[Any]) -> dict[str, Any]:
-    """How a dataset is laid out: large ones in compressed pieces along T."""
-    if values.ndim == 0 or values.dtype.kind == "S" or values.nbytes < _COMPRESS:
-        return {"track_times": False}
-    row = values.nbytes // values.shape[0]
-    rows = min(values.shape[0], max(1, _CHUNK // max(row, 1)))
-    return {
-        "track_times": False,
-        "chunks": (rows, *values.shape[1:]),
-        "compression": "gzip",
-        "compression_opts": 1,
-        "shuffle": values.dtype.itemsize > 1,
-    }
 
 
 def read_h5(
@@ -286,50 +165,6 @@ def open_some(path: Path, keys: Sequence[str]) -> tuple[Part, dict[str, Stored]]
         texts = {key: node for key, node in items.items() if key not in numbers}
         root = {"attrs": file.found["attrs"], "items": texts}
         return file.group(root, Place(path)), numbers
-
-
-@contextmanager
-def opened(path: Path) -> Iterator[int]:
-    """Open a file for reading; gives its descriptor.
-
-    Raises
-    ------
-    FileError
-        If there is none, it is empty, or no regular file.
-    """
-    try:
-        about = path.stat()
-        if stat.S_ISDIR(about.st_mode):
-            raise FileError(path, "is a directory", "give a file")
-        if not stat.S_ISREG(about.st_mode):
-            raise FileError(path, "is not a regular file")
-        if not about.st_size:
-            raise FileError(path, "is empty")
-        fd = os.open(path, os.O_RDONLY)
-    except FileNotFoundError:
-        raise FileError(path, "no such file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(path, f"cannot be read ({reason})") from None
-    try:
-        yield fd
-    except (OSError, MemoryError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or type(error).__name__
-        raise FileError(path, f"cannot be read ({reason})") from None
-    finally:
-        os.close(fd)
-
-
-def expect_same(path: Path, fd: int, state: Sequence[int]) -> None:
-    """Expect a file to be the one, and as it was, when it was walked.
-
-    Raises
-    ------
-    FileError
-        If it is not.
-    """
-    if h5_walk.identity(os.fstat(fd)) != list(state):
-        raise FileError(path, "changed while it was read", "try again")
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """Walk an HDF5 file: its structure, attributes and texts, and where its numbers lie.
 
-This runs in a process of its own (`serve`, started by `handclean.io.hdf5.walker`), as
-the HDF5 library may crash or never come back over a damaged file. What it finds goes
-back as JSON and plain bytes, which whoever asked takes as data: nothing is unpickled.
+This runs in a process of its own (`handclean.io.hdf5.serve`), as the HDF5 library may
+crash or never come back over a damaged file. What it finds goes back as JSON and plain
+bytes, which whoever asked takes as data: nothing is unpickled.
 
 Nothing is trusted: no links to elsewhere, no external or virtual storage, no filter but
 the standard ones (a plug-in would be code), no Python objects, and no more memory than
@@ -19,28 +19,18 @@ one of
   ``filters`` (number and first parameter) and ``fill`` (block with one value).
 """
 
-import json
 import os
-import signal
-import struct
-import sys
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Callable
 from itertools import islice
-from math import prod
 from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
 
+from handclean.io.hdf5.claims import Claim, chunk_table
+
 SEAL = "sha256"
 """Dataset of the root that is no content, see `handclean.io.hdf5.seal`."""
-
-LIMIT_S = 20
-"""A file over which HDF5 takes longer is given up."""
-
-_LOOP_S = 1
-"""[s] of processor time that no one object needs."""
 
 _AT_ONCE = 64
 """Texts are read so many at a time; each may be as long as the file."""
@@ -52,14 +42,8 @@ _MOST_ATTRS = 4 * _MOST_OBJECTS
 _MOST_AXES = 8
 _MOST_FILTERS = 4
 _FILTERS = {1, 2, 3}  # deflate, shuffle, fletcher32
-_PACKED = 1100
-"""Deflate makes nothing more than 1032 times smaller."""
-
 _SPARSE = 2**20
 """[bytes] that a dataset may claim whatever is stored of it."""
-
-_ROOM = 2**24
-"""[bytes] of memory for the library itself."""
 
 BROKEN = (
     OSError,
@@ -86,7 +70,11 @@ class Refused(Exception):
 
 
 def walk(
-    path: str, *, only: str | None = None, keys: list[str] | None = None
+    path: str,
+    *,
+    only: str | None = None,
+    keys: list[str] | None = None,
+    begin: Callable[[], None] = lambda: None,
 ) -> tuple[dict[str, Any], list[bytes]]:
     """Walk a file; return what was found and the blocks of bytes it refers to.
 
@@ -94,6 +82,7 @@ def walk(
     ----------
     only : go below the root only if its attribute ``format`` is this.
     keys : go below the root only for these; default: all.
+    begin : called before each object is looked at.
 
     Returns
     -------
@@ -109,7 +98,7 @@ def walk(
     """
     with open(path, "rb") as raw, h5py.File(path, "r", locking=False) as file:
         about = os.fstat(raw.fileno())
-        found = _Walk(file, raw, about.st_size)
+        found = _Walk(file, raw, about.st_size, begin)
         attrs = found.attrs(file.id, "")
         root = None
         if only is None or attrs.get("format") == only:
@@ -136,7 +125,10 @@ def decoded(raw: bytes) -> str:
 class _Walk:
     """Walks one file and keeps account of what it claims."""
 
-    def __init__(self, file: h5py.File, raw: BinaryIO, size: int) -> None:
+    def __init__(
+        self, file: h5py.File, raw: BinaryIO, size: int, begin: Callable[[], None]
+    ) -> None:
+        self._begin = begin
         self.blocks: list[bytes] = []
         self._raw = raw
         self._size = size
@@ -164,7 +156,7 @@ class _Walk:
             self._objects -= 1
             if self._objects < 0:
                 raise Refused("", "holds too many objects")
-            _expect_to_end()
+            self._begin()
             if group.links.get_info(raw).type != h5py.h5l.TYPE_HARD:
                 raise Refused(inner, "links to elsewhere", "it should hold the data")
             item = h5py.h5o.open(group, raw)
@@ -222,8 +214,8 @@ class _Walk:
         if not is_text and (dtype.kind not in "biuf" or dtype.itemsize > 8):
             raise Refused(where, f"holds {dtype}", "not numbers or texts")
         chunk = creation.get_chunk() if layout == h5py.h5d.CHUNKED else ()
-        table = _table(stored, shape) if chunk else None
-        claim = _Claim(shape, chunk, dtype.itemsize, table, stored.get_storage_size())
+        table = chunk_table(stored, shape) if chunk else None
+        claim = Claim(shape, chunk, dtype.itemsize, table, stored.get_storage_size())
         self._expect_stored(claim, where)
         found = {"attrs": self.attrs(stored, where)}
         if is_text:
@@ -251,7 +243,7 @@ class _Walk:
             "table": self._block(table.tobytes()),
         }
 
-    def _expect_stored(self, claim: "_Claim", where: str) -> None:
+    def _expect_stored(self, claim: Claim, where: str) -> None:
         """Expect a dataset to claim no more than what is stored of it could hold."""
         if claim.claimed > min(max(_SPARSE, claim.held(self._size)), self._left):
             said = " x ".join(map(str, claim.shape))
@@ -284,7 +276,7 @@ class _Walk:
             step = max(step, *chunk, 0)
         texts: list[str] = []
         for start in range(0, len(dataset), step):
-            _expect_to_end()
+            self._begin()
             some = [_bytes(raw) for raw in dataset[start : start + step]]
             self._spend(where, sum(map(len, some)))
             texts += map(decoded, some)
@@ -307,50 +299,6 @@ def _bytes(raw: Any) -> bytes:
     return bytes(raw)
 
 
-@dataclass(frozen=True)
-class _Claim:
-    """What a dataset says of its size, and what is stored of it."""
-
-    shape: tuple[int, ...]
-    chunk: tuple[int, ...]
-    itemsize: int
-    table: Any
-    stored: int
-
-    @property
-    def chunks(self) -> int:
-        """How many chunks there can be."""
-        pairs = zip(self.shape, self.chunk, strict=True)
-        return prod(-(-size // step) for size, step in pairs)
-
-    @property
-    def claimed(self) -> int:
-        """[bytes] of its numbers, up to whole chunks."""
-        if self.table is None:
-            return prod(self.shape) * self.itemsize
-        return max(self.chunks, 1) * prod(self.chunk) * self.itemsize
-
-    def held(self, size: int) -> int:
-        """[bytes] that can be stored of it in a file of some size."""
-        if self.table is None:
-            return min(self.stored, size)
-        return _PACKED * min(int(self.table[:, -1].sum()), size)
-
-
-def _table(stored: Any, shape: tuple[int, ...]) -> Any:
-    """(N, axes + 3) offset, left-out filters, place and size of each chunk."""
-    rows: list[tuple[int, ...]] = []
-
-    def note(chunk: Any) -> None:
-        place = (chunk.filter_mask, chunk.byte_offset, chunk.size)
-        rows.append((*chunk.chunk_offset, *place))
-
-    if prod(shape):
-        stored.chunk_iter(note)
-    rows.sort()
-    return np.array(rows, dtype=np.int64).reshape(-1, len(shape) + 3)
-
-
 def _seal(file: h5py.File) -> int | None:
     if not isinstance(file.get(SEAL, getlink=True), h5py.HardLink):
         return None
@@ -359,80 +307,3 @@ def _seal(file: h5py.File) -> int | None:
         return None
     at: int | None = dataset.id.get_offset()
     return at if dataset.shape == (32,) else None
-
-
-def _expect_to_end() -> None:
-    """Let the system end this process if HDF5 turns round in a ring.
-
-    It is deaf to Python's signals then. Nothing is done in a process that does more
-    than to walk.
-    """
-    if _State.serving:
-        import resource
-
-        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-        resource.setrlimit(resource.RLIMIT_CPU, (int(used) + 1 + _LOOP_S, hard))
-
-
-class _State:
-    serving = False
-
-
-HEAD = struct.Struct("<Q")
-"""Before each part of an answer: its size [bytes]. The JSON says how many follow."""
-
-
-def serve(parent: int) -> None:
-    """Answer requests, a line of JSON each, until there are no more."""
-    _State.serving = True
-    _end_with(parent)
-    out = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    for line in sys.stdin.buffer:
-        answer, blocks = _answered(json.loads(line))
-        head = json.dumps({**answer, "blocks": len(blocks)}).encode()
-        for part in (head, *blocks):
-            out.write(HEAD.pack(len(part)))
-            out.write(part)
-        out.flush()
-        signal.setitimer(signal.ITIMER_REAL, 0)
-
-
-def _answered(request: dict[str, Any]) -> tuple[dict[str, Any], list[bytes]]:
-    signal.setitimer(signal.ITIMER_REAL, LIMIT_S + 2)  # should nobody listen any more
-    path = os.fsdecode(bytes.fromhex(request["path"]))
-    try:
-        _limit_memory(path)
-        _expect_to_end()
-        return walk(path, only=request["only"], keys=request["keys"])
-    except Refused as error:
-        return {"refused": error.args}, []
-    except BROKEN as error:
-        reason = (str(error).splitlines() or [""])[0] or type(error).__name__
-        return {"broken": reason[:200]}, []
-
-
-def _limit_memory(path: str) -> None:
-    """Take no more memory than a file of that size may need."""
-    import resource
-
-    with suppress(OSError, ValueError):
-        with open("/proc/self/statm") as file:
-            now = int(file.read().split()[0]) * resource.getpagesize()
-        room = _ROOM + most(os.stat(path).st_size)
-        _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        resource.setrlimit(resource.RLIMIT_AS, (now + room, hard))
-
-
-def _end_with(parent: int) -> None:
-    """Die with the process that asks, however it ends, and of signals at once."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGALRM])
-    if sys.platform == "linux":
-        import ctypes
-
-        ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
-    if os.getppid() != parent:
-        os._exit(0)

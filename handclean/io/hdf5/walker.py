@@ -31,7 +31,7 @@ _PIECE = 2**20
 _MOST_JSON = 2**31
 _CODE = (
     "import sys, json; parent, sys.path[:] = json.loads(sys.stdin.buffer.readline()); "
-    "from handclean.io.hdf5.walk import serve; serve(parent)"
+    "from handclean.io.hdf5.serve import serve; serve(parent)"
 )
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from handclean.errors import FileError
-from handclean.io.hdf5.file import expect_same, open_some, opened, read_some
+from handclean.io.hdf5.file import open_some, read_some
+from handclean.io.hdf5.opening import expect_same, opened
 
 LIBRARIES = ["earliest", "v110", "latest"]
 

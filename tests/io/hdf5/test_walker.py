@@ -122,7 +122,7 @@ def test_a_process_that_was_killed_meanwhile_is_replaced(tmp_path):
 
 SPINNING = (
     "import sys, json; parent, sys.path[:] = json.loads(sys.stdin.buffer.readline()); "
-    "from handclean.io.hdf5 import walk; walk._end_with(parent)\n"
+    "from handclean.io.hdf5 import serve; serve._end_with(parent)\n"
     "while True: pass"
 )
 
