@@ -8,7 +8,8 @@ import numpy as np
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.hand.surface import is_closed
 from handclean.io.gltf.hand import ImportedHand, import_hand
-from handclean.io.gltf.read import Glb, floats, nodes_of, read_glb
+from handclean.io.gltf.nodes import nodes_of
+from handclean.io.gltf.read import Glb, floats, read_glb
 from handclean.io.gltf.skinned_map import SkinnedMap, load_skinned_map
 from handclean.io.mesh.meshes import looks_inwards, read_mesh
 from handclean.io.shared.joint_map import SHIPPED

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Bytes, Floats, Ints
-from handclean.io.gltf.read import Glb, Nodes, accessor, floats, nodes_of
+from handclean.io.gltf.nodes import Nodes, nodes_of
+from handclean.io.gltf.read import Glb, accessor, floats
 from handclean.io.mesh.raw import as_bytes
 
 _MOST_PARTS = 256

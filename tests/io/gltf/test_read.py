@@ -15,7 +15,8 @@ from handclean.errors import FileError, HandcleanError
 from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import template
 from handclean.io.gltf.hand import import_hand
-from handclean.io.gltf.read import accessor, nodes_of, read_glb
+from handclean.io.gltf.nodes import nodes_of
+from handclean.io.gltf.read import accessor, read_glb
 from handclean.io.gltf.skin import skinned_mesh
 from handclean.io.gltf.skinned_map import load_skinned_map
 from handclean.io.gltf.write import write_hand
