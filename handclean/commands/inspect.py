@@ -8,7 +8,8 @@ from handclean.commands.shared.choices import Inspecting
 from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
 from handclean.io import files
-from handclean.io.c3d.verify import Verdict, verify_c3d
+from handclean.io.c3d.verdict import Verdict
+from handclean.io.c3d.verify import verify_c3d
 from handclean.io.hdf5 import seal
 from handclean.io.shared.reading import with_remarks
 from handclean.runner.batch import Source
