@@ -9,8 +9,7 @@ the package keeps places and residuals as such. Residuals and cameras are compar
 both say that a point is there.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from handclean.arrays import Bools
 from handclean.io.c3d.analog import read_analog
 from handclean.io.c3d.events import events_as_stored
 from handclean.io.c3d.read import stated_rate
-from handclean.io.c3d.samples import Samples, Tally, decode, new_samples
+from handclean.io.c3d.samples import Coding, Samples, Tally, decode, new_samples
 from handclean.io.c3d.scale import settle_scale
 from handclean.io.c3d.structure import Structure, open_c3d
 from handclean.io.c3d.verdict import Part, Verdict
@@ -34,6 +33,9 @@ product of two such."""
 
 _TINY = 1e-37
 """Smaller numbers are 0 to one of the two: subnormal floats, and those of a DEC."""
+
+_AT_ONCE = 2**16
+"""Samples that are compared at once; chosen."""
 
 _LISTED = 10
 """Runs of frames that are listed."""
@@ -105,40 +107,41 @@ def _points(structure: Structure, witness: Witness) -> list[Part]:
     count = min(structure.layout.held, len(witness.points))
     if not structure.points or witness.points.shape[1] != structure.points:
         return []
-    samples, here = _decoded(structure, count)
-    theirs = witness.points[:count]
-    there = theirs[..., 3] != _MISSING
-    both = here & there
-    first, unit = structure.layout.first_frame, structure.head.unit or "mm"
-    places = [
-        _numbers(samples.positions[both], theirs[..., :3][both]),
-        _numbers(samples.residual[both], theirs[..., 3][both]),
-        _numbers(samples.cameras[both], theirs[..., 4][both]),
-    ]
-    frames = np.nonzero(both)[0]
-    named = zip(
-        ("points", "residuals", "cameras"), (unit, unit, ""), places, strict=True
-    )
-    missing = here != there
-    return [
-        Part(
-            name="missing samples",
-            compared=missing.size,
-            differing=int(missing.sum()),
-            frames=_runs(np.nonzero(missing)[0], first),
-        ),
-        *(_array(name, unit, found, frames, first) for name, unit, found in named),
-    ]
-
-
-def _decoded(structure: Structure, frames: int) -> tuple[Samples, Bools]:
-    """Return all points of the first frames in the file's unit, and which are there."""
+    unit = structure.head.unit or "mm"
+    missing = _Differences("missing samples", counted=True)
+    places, residuals = _Differences("points", unit), _Differences("residuals", unit)
+    cameras = _Differences("cameras")
     coding, _ = settle_scale(structure, 1.0)
-    samples = new_samples(frames, structure.points)
-    words = structure.frames[:frames, : 4 * structure.points]
+    for rows in _blocks(count, structure.points):
+        samples, here = _decoded(structure, coding, rows)
+        theirs = witness.points[rows]
+        there = theirs[..., 3] != _MISSING
+        missing.add(here, there, np.arange(rows.start, rows.stop))
+        both = here & there
+        frames = np.nonzero(both)[0] + rows.start
+        places.add(samples.positions[both], theirs[..., :3][both], frames)
+        residuals.add(samples.residual[both], theirs[..., 3][both], frames)
+        cameras.add(samples.cameras[both], theirs[..., 4][both], frames)
+    first = structure.layout.first_frame
+    return [part.part(first) for part in (missing, places, residuals, cameras)]
+
+
+def _blocks(frames: int, width: int) -> Iterator[slice]:
+    """Go through frames, so many at a time that their samples are few."""
+    step = max(_AT_ONCE // max(width, 1), 1)
+    for begin in range(0, frames, step):
+        yield slice(begin, min(begin + step, frames))
+
+
+def _decoded(
+    structure: Structure, coding: Coding, rows: slice
+) -> tuple[Samples, Bools]:
+    """Return all points of some frames in the file's unit, and which are there."""
+    words = structure.frames[rows, : 4 * structure.points]
+    samples = new_samples(len(words), structure.points)
     with np.errstate(all="ignore"):
         here = decode(
-            coding.numbers(words.reshape(frames, structure.points, 4)),
+            coding.numbers(words.reshape(-1, structure.points, 4)),
             coding,
             samples,
             Tally(),
@@ -162,29 +165,49 @@ def _analog(
     if witness.analog.shape[1] != ours.shape[1]:
         words, theirs = ours.shape[1], witness.analog.shape[1]
         return [*found, _single("analog values per frame", words, theirs)]
-    count = min(frames, len(witness.analog))
-    compared = _numbers(ours[:count], witness.analog[:count])
-    first = structure.layout.first_frame
-    return [*found, _array("analog values", "", compared, np.arange(count), first)]
+    values = _Differences("analog values")
+    for rows in _blocks(min(frames, len(witness.analog)), ours.shape[1]):
+        numbers = np.arange(rows.start, rows.stop)
+        values.add(ours[rows], witness.analog[rows], numbers)
+    return [*found, values.part(structure.layout.first_frame)]
 
 
-@dataclass(frozen=True)
-class _Compared:
-    """(N, ...) which numbers differ, and by how much the most."""
+class _Differences:
+    """Counts how values of one part differ, a block of frames at a time."""
 
-    differs: Bools
-    largest: float
+    def __init__(self, name: str, unit: str = "", *, counted: bool = False) -> None:
+        self._name, self._unit, self._counted = name, unit, counted
+        self._compared = self._differing = 0
+        self._largest = 0.0
+        self._frames: list[NDArray[np.intp]] = []
 
-
-def _numbers(ours: NDArray[Any], theirs: NDArray[Any]) -> _Compared:
-    differs = ~_equal(ours, theirs)
-    largest = 0.0
-    if differs.any():
+    def add(
+        self, ours: NDArray[Any], theirs: NDArray[Any], frames: NDArray[np.intp]
+    ) -> None:
+        """Compare (N, ...) values, of N frames counted from 0."""
+        differs = ~_equal(ours, theirs)
+        self._compared += differs.size
+        if not differs.any():
+            return
+        self._differing += int(np.count_nonzero(differs))
         with np.errstate(all="ignore"):
-            apart = np.abs(ours[differs].astype(float) - theirs[differs])
-        known = apart[np.isfinite(apart)]
-        largest = float(known.max()) if known.size else 0.0
-    return _Compared(differs, largest)
+            apart = np.abs(ours[differs].astype(float) - theirs[differs].astype(float))
+        self._largest = max(
+            self._largest, float(apart[np.isfinite(apart)].max(initial=0.0))
+        )
+        rows = differs.reshape(len(differs), -1).any(axis=1)
+        self._frames.append(np.unique(frames[rows]))
+
+    def part(self, first: int) -> Part:
+        """Return what was counted; frames get their numbers."""
+        return Part(
+            name=self._name,
+            compared=self._compared,
+            differing=self._differing,
+            largest=None if self._counted or not self._differing else self._largest,
+            unit=self._unit if self._differing else "",
+            frames=_runs(self._frames, first),
+        )
 
 
 def _equal(ours: NDArray[Any], theirs: NDArray[Any]) -> Bools:
@@ -196,29 +219,13 @@ def _equal(ours: NDArray[Any], theirs: NDArray[Any]) -> Bools:
     return same
 
 
-def _array(
-    name: str, unit: str, found: _Compared, frames: NDArray[np.intp], first: int
-) -> Part:
-    """Tell of an array whose rows belong to frames, counted from the first."""
-    if not found.differs.any():
-        return Part(name=name, compared=found.differs.size)
-    differs = found.differs.reshape(len(found.differs), -1)
-    rows = differs.any(axis=1)
-    return Part(
-        name=name,
-        compared=differs.size,
-        differing=int(differs.sum()),
-        largest=found.largest,
-        unit=unit,
-        frames=_runs(frames[rows], first),
-    )
-
-
-def _runs(frames: NDArray[np.intp], first: int) -> tuple[tuple[int, int], ...]:
+def _runs(
+    frames: Sequence[NDArray[np.intp]], first: int
+) -> tuple[tuple[int, int], ...]:
     """First and last number of the first runs of frames."""
-    used = np.unique(frames)
-    if not len(used):
+    if not frames:
         return ()
+    used = np.unique(np.concatenate(frames))
     parts = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)[:_LISTED]
     return tuple((int(part[0]) + first, int(part[-1]) + first) for part in parts)
 

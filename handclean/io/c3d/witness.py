@@ -107,24 +107,24 @@ def read_witness(path: Path, frames: int) -> Witness:
         )
     except subprocess.TimeoutExpired:
         raise UnreadError(f"it does not come to an end in {seconds} s") from None
-    line, _, samples = done.stdout.partition(b"\n")
+    end = done.stdout.find(b"\n") + 1
     try:
-        said = json.loads(line)
+        said = json.loads(done.stdout[:end])
     except ValueError:
         raise UnreadError("it breaks down over it") from None
     if "unread" in said:
         raise UnreadError(said["unread"])
     try:
-        return _witness(said, samples)
+        return _witness(said, done.stdout, end)
     except (KeyError, TypeError, ValueError):
         raise UnreadError("it breaks down over it") from None
 
 
-def _witness(said: dict[str, Any], samples: bytes) -> Witness:
+def _witness(said: dict[str, Any], answer: bytes, at: int) -> Witness:
     points, analog = said.pop("points"), said.pop("analog")
     count = said.pop("counted")
     row = np.dtype([("points", "<f4", (points, 5)), ("analog", "<f8", (analog,))])
-    table = np.frombuffer(samples, row, count) if count else np.zeros(0, row)
+    table = np.frombuffer(answer, row, count, at) if count else np.zeros(0, row)
     for name in ("header_events", "group_events"):
         said[name] = [(float(time), str(label)) for time, label in said[name]]
     return Witness(points=table["points"], analog=table["analog"], **said)
