@@ -7,7 +7,8 @@ import numpy as np
 
 from handclean.arrays import Bools
 from handclean.errors import FileError, HandcleanError, UnsaidError, UsageError
-from handclean.io.c3d.read import inspect_c3d, read_c3d_take
+from handclean.io.c3d.inspect import inspect_c3d
+from handclean.io.c3d.read import read_c3d_take
 from handclean.io.glove.inspect import inspect_readings, is_readings, may_be_readings
 from handclean.io.hdf5.file import format_of, read_h5
 from handclean.io.hdf5.session import FORMAT

@@ -10,7 +10,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
-from handclean.io.shared.reading import in_metres, named_unit
+from handclean.io.shared.settle import in_metres, named_unit
 from handclean.tomlfile import read_table
 
 

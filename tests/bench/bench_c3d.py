@@ -26,7 +26,8 @@ import numpy as np
 from measuring import absent, counted
 
 from handclean.errors import HandcleanError
-from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
+from handclean.io.c3d.inspect import inspect_c3d
+from handclean.io.c3d.read import read_c3d, write_c3d
 from handclean.recording import Recording, trajectories
 
 FRAMES = counted("frames", 60_000, quick=60_000, tiny=600)

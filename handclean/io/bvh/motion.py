@@ -19,13 +19,14 @@ from handclean.errors import FileError, UnknownNameError
 from handclean.hand.template import FINGERS, bone_frame, distal_length
 from handclean.io.bvh.hierarchy import MOST_NUMBER, PLACES, TURNS, Hierarchy
 from handclean.io.shared.grid import Form, Lines, read_numbers
-from handclean.io.shared.reading import load_text, positive, text
+from handclean.io.shared.reading import load_text, text
 from handclean.io.shared.rotations import (
     about_line,
     euler_from_matrix,
     matrix_from_euler,
     matrix_from_quaternion,
 )
+from handclean.io.shared.settle import positive
 from handclean.io.shared.writing import (
     NO_TREE,
     held_poses,

@@ -15,7 +15,7 @@ from handclean.io.c3d.head import Head, coding_of, parse_head
 from handclean.io.c3d.numbers import Processor, Words
 from handclean.io.c3d.parameters import Section
 from handclean.io.c3d.samples import Coding, placed, valid
-from handclean.io.shared.reading import METRES, named_unit
+from handclean.io.shared.settle import METRES, named_unit
 from handclean.recording import Origin, Recording
 from handclean.remarks import Remark, remark
 

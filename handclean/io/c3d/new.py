@@ -29,7 +29,7 @@ from handclean.io.c3d.head import (
 from handclean.io.c3d.numbers import Processor
 from handclean.io.c3d.parameters import BLOCK, Section
 from handclean.io.c3d.samples import Coding
-from handclean.io.shared.reading import METRES
+from handclean.io.shared.settle import METRES
 from handclean.recording import Recording
 
 

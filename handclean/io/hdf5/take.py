@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from handclean.io.hdf5.session import read_session
-from handclean.io.shared.reading import METRES, Reading, settle_rate, settle_unit
+from handclean.io.shared.reading import Reading
 from handclean.io.shared.rescale import rescaled
+from handclean.io.shared.settle import METRES, settle_rate, settle_unit
 from handclean.remarks import Remark
 
 

@@ -20,7 +20,8 @@ from handclean.errors import FileError, UsageError
 from handclean.hand.surface import face_normals, is_closed, volume
 from handclean.io.formats import BY_SUFFIX, MESHES, function
 from handclean.io.mesh.raw import RawMesh
-from handclean.io.shared.reading import METRES, in_metres, load, settle_unit
+from handclean.io.shared.reading import load
+from handclean.io.shared.settle import METRES, in_metres, settle_unit
 from handclean.remarks import Remark
 
 SMALLEST, LARGEST = 0.06, 1.2

@@ -8,7 +8,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
-from handclean.io.shared.reading import AGREE
+from handclean.io.shared.settle import AGREE
 from handclean.remarks import Remark, remark
 
 SECONDS = {

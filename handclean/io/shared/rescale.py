@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Floats32
-from handclean.io.shared.reading import METRES
+from handclean.io.shared.settle import METRES
 from handclean.recording import Motion, Points, Recording, Trajectories
 from handclean.tree import JointTree
 

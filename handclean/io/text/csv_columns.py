@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 from handclean.errors import FileError
 from handclean.io.shared.clock import SECONDS_SAID, Column, clock_of
-from handclean.io.shared.reading import METRES, check_labels, named_unit
+from handclean.io.shared.reading import check_labels
+from handclean.io.shared.settle import METRES, named_unit
 from handclean.io.text.csv_header import INDEX, Head
 from handclean.remarks import Remark, remark
 

@@ -15,7 +15,8 @@ from handclean.errors import FileError
 from handclean.io.shared.clock import SECONDS, time_column
 from handclean.io.shared.grid import Lines
 from handclean.io.shared.missing import is_missing
-from handclean.io.shared.reading import METRES, check_unique, text
+from handclean.io.shared.reading import check_unique, text
+from handclean.io.shared.settle import METRES
 
 MARK = "# handclean csv"
 """What the comment of ours begins with."""

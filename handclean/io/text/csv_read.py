@@ -36,17 +36,13 @@ from handclean.errors import FileError
 from handclean.io.shared.clock import expect_possible, in_seconds, rate_of, start_of
 from handclean.io.shared.grid import Form, Lines, read_numbers
 from handclean.io.shared.missing import blank_out
-from handclean.io.shared.reading import (
+from handclean.io.shared.reading import Reading, finite, load_text, place_rows, sort_out
+from handclean.io.shared.settle import (
     METRES,
-    Reading,
     ask_for,
-    finite,
     in_metres,
-    load_text,
-    place_rows,
     settle_rate,
     settle_unit,
-    sort_out,
 )
 from handclean.io.text.csv_columns import (
     PLACE,

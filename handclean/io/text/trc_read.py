@@ -20,17 +20,19 @@ from handclean.io.shared.clock import start_of
 from handclean.io.shared.grid import Beyond, Form, Lines, read_numbers
 from handclean.io.shared.missing import blank_out
 from handclean.io.shared.reading import (
-    METRES,
     Reading,
     check_labels,
-    in_metres,
     load_text,
     place_rows,
+    sort_out,
+    text,
+)
+from handclean.io.shared.settle import (
+    METRES,
+    in_metres,
     positive,
     settle_rate,
     settle_unit,
-    sort_out,
-    text,
 )
 from handclean.io.text.csv_header import refuse_decimal_commas
 from handclean.recording import Points, Recording

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handclean.errors import HandcleanError
-from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
+from handclean.io.c3d.inspect import inspect_c3d
+from handclean.io.c3d.read import read_c3d, write_c3d
 from tests.io.c3d.c3d_oracles import c3d_bytes, take
 
 ROOM = 12 << 20

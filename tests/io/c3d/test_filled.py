@@ -8,9 +8,10 @@ import pytest
 from told import texts
 
 from handclean.io.c3d.filled import Marks, read_marks, with_marks
+from handclean.io.c3d.inspect import inspect_c3d
 from handclean.io.c3d.numbers import Processor
 from handclean.io.c3d.parameters import Section, parse_section
-from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
+from handclean.io.c3d.read import read_c3d, write_c3d
 from handclean.io.hdf5.session import read_session, write_session
 from handclean.recording import Origin
 from tests.io.c3d.c3d_oracles import by_c3d, by_ezc3d, c3d_bytes

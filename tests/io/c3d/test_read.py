@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from handclean.commands.convert import contents
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.io import files
-from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
-from handclean.io.shared.reading import METRES
+from handclean.io.c3d.inspect import inspect_c3d
+from handclean.io.c3d.read import read_c3d, write_c3d
+from handclean.io.shared.settle import METRES
 from handclean.recording import Origin
 from tests.io.c3d.c3d_oracles import by_c3d, by_ezc3d, c3d_bytes, take
 

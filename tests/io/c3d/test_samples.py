@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
+from handclean.io.c3d.inspect import inspect_c3d
+from handclean.io.c3d.read import read_c3d, write_c3d
 from handclean.io.hdf5.session import read_session, write_session
 from handclean.recording import Origin
 from tests.io.c3d.c3d_oracles import by_c3d, by_ezc3d

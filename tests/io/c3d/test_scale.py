@@ -8,7 +8,8 @@ import pytest
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.template import template
-from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
+from handclean.io.c3d.inspect import inspect_c3d
+from handclean.io.c3d.read import read_c3d, write_c3d
 from handclean.io.hdf5.session import read_session, write_session
 from handclean.io.shared.adult_size import size_of
 from tests.io.c3d.c3d_oracles import c3d_bytes, floats

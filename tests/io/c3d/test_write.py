@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from told import texts
 
 from handclean.errors import FileError
-from handclean.io.c3d.read import inspect_c3d, read_c3d, write_c3d
+from handclean.io.c3d.inspect import inspect_c3d
+from handclean.io.c3d.read import read_c3d, write_c3d
 from handclean.recording import (
     Analog,
     Motion,
