@@ -7,12 +7,13 @@ absent. Missing samples are NaN. Nothing here knows a file format.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from handclean.arrays import Bools, Bytes, Floats, Floats32, Ints, Ints32, expect_shape
-from handclean.errors import UnknownNameError
+from handclean.errors import HandcleanError, UnknownNameError
 from handclean.remarks import Remark
 from handclean.tree import JointTree
 
@@ -162,6 +163,44 @@ class Motion:
             rows[:, 3:7] = self.rotation
         rows[:, 7:] = self.angles
         return rows
+
+    def to_dataframe(self) -> Any:
+        """Return the motion as a pandas table, one row per frame.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Rows count from 0. Columns: ``translation_x`` ... [m], ``rotation_w`` ...
+            (a unit quaternion), each angle by its name [rad] and, behind them, its
+            standard deviation, ``NAME_sigma`` [rad]; ``trusted``, ``residual`` [m].
+            What the motion does not have is left out.
+
+        Raises
+        ------
+        HandcleanError
+            If pandas is not there; handclean does not need it otherwise.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError:
+            raise HandcleanError(
+                "needs pandas, which is not installed; 'pip install pandas' does it",
+                where="to_dataframe",
+            ) from None
+        columns: dict[str, Any] = {}
+        for name, axes in (("translation", "xyz"), ("rotation", "wxyz")):
+            values = getattr(self, name)
+            if values is not None:
+                of_axes = zip(axes, values.T, strict=True)
+                columns |= {f"{name}_{axis}": column for axis, column in of_axes}
+        columns |= dict(zip(self.names, self.angles.T, strict=True))
+        if self.angles_sigma is not None:
+            of_angles = zip(self.names, self.angles_sigma.T, strict=True)
+            columns |= {f"{name}_sigma": column for name, column in of_angles}
+        for name in ("trusted", "residual"):
+            if getattr(self, name) is not None:
+                columns[name] = getattr(self, name)
+        return pandas.DataFrame(columns)
 
 
 def motion_from_poses(names: tuple[str, ...], poses: Floats, **parts: Any) -> Motion:

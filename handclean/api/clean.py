@@ -4,16 +4,23 @@ Filling solves the take and bridges the posture through its gaps; its motion is 
 chain's, so nothing is solved twice.
 """
 
+from pathlib import Path
+from typing import Any
+
+from handclean.api import given
 from handclean.api.fill_gaps import of_hands
+from handclean.api.given import Subjects
 from handclean.api.hands import Hands
 from handclean.api.hands import warnings as of_template
 from handclean.api.label import lost, of_labels, renamed
+from handclean.api.records import recorded
 from handclean.api.results import StepResult
+from handclean.api.settings import sorted_settings
 from handclean.api.solve import doubts, misplaced, of_motions, untold
 from handclean.gaps.fill import fill
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
-from handclean.labels.label import label
+from handclean.labels.label import label as label_take
 from handclean.labels.settings import LabelConfig
 from handclean.recording import Recording
 
@@ -34,7 +41,7 @@ def clean_hand(
     """
     (name, subject), prior = hands.only, hands.prior
     found = {name: subject}
-    labelled, labels = label(
+    labelled, labels = label_take(
         recording, subject, prior=prior, settings=labelling, name=name
     )
     filled, gaps = fill(
@@ -54,3 +61,62 @@ def clean_hand(
             *untold(filled, found, prior, filled=True),
         ),
     )
+
+
+def clean(
+    take: Recording,
+    subjects: Subjects = (),
+    *,
+    marker_set: str = "",
+    side: str = "",
+    prior: Path | str | None = None,
+    **settings: Any,
+) -> Recording:
+    """Label, fill and solve an unlabelled take of one hand, as ``handclean clean``.
+
+    The same as `label`, `fill_gaps` and `solve` one after another, and faster.
+
+    Parameters
+    ----------
+    take : Recording
+        Points without names; names it has are not used.
+    subjects : Subject or sequence of Subject
+        Whose hand the take shows; from `calibrate_hand` or `read_subject`.
+    marker_set : str
+        Without a subject: a shipped name or a TOML file of the markers that the
+        template hand then has.
+    side : {"", "left", "right"}
+        Of the template hand; the marker set's own by default.
+    prior : path, optional
+        A posture prior of ``learn subspace``; by default the one that ships.
+    **settings
+        Those of `label`, `fill_gaps` and `solve`, with ``label_``, ``fill_`` or
+        ``solve_`` before them where two steps have one of the same name.
+
+    Returns
+    -------
+    Recording
+        With ``markers``, ``motions``, ``events`` and ``remarks`` as the three steps
+        give them.
+
+    Raises
+    ------
+    HandcleanError
+        If the hand is not found in the take, cannot be followed, or is the other one,
+        or the take has no rate.
+    UsageError
+        If subjects or settings are not what they should be.
+
+    Examples
+    --------
+    >>> import handclean as hc
+    >>> trial = hc.simulate("free", duration_s=1.0, rate_hz=50.0, ghosts_per_s=0.0)[0]
+    >>> clean = hc.clean(trial.unlabelled, [trial.subject], fill_max_gap_s=0.3)
+    >>> hc.compare(trial.truth, clean).motions["right"].angles.mean < 0.1  # [rad]
+    True
+    """
+    classes = {"label": LabelConfig, "fill": FillConfig, "solve": SolveConfig}
+    chosen = sorted_settings("clean", classes, settings)
+    hands = given.only_hand(subjects, marker_set, side, prior)
+    done = clean_hand(take, hands, chosen["label"], chosen["fill"], chosen["solve"])
+    return recorded("clean", take, done, hands, chosen)

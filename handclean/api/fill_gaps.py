@@ -1,12 +1,16 @@
 """Short gaps of labelled takes, filled."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-from handclean.api import names
+from handclean.api import given, names
+from handclean.api.given import Subjects
 from handclean.api.hands import Hands
 from handclean.api.hands import warnings as of_template
+from handclean.api.records import recorded
 from handclean.api.results import StepResult
+from handclean.api.settings import sorted_settings
 from handclean.api.solve import (
     doubts,
     expect_fits,
@@ -79,3 +83,64 @@ def of_hands(parts: Sequence[FillFigures]) -> dict[str, Any]:
         "bridged_frames": sum(part.bridged_frames for part in parts),
         "reasons": reasons,
     }
+
+
+def fill_gaps(
+    take: Recording,
+    subjects: Subjects = (),
+    *,
+    marker_set: str = "",
+    side: str = "",
+    prior: Path | str | None = None,
+    **settings: Any,
+) -> Recording:
+    """Fill the short gaps of a labelled take, as ``handclean fill-gaps``.
+
+    Measured samples come back bit for bit.
+
+    Parameters
+    ----------
+    take : Recording
+        With ``markers``.
+    subjects : Subject or sequence of Subject
+        Whose hands the take shows, one for each hand; from `calibrate_hand` or
+        `read_subject`.
+    marker_set : str
+        Without a subject: a shipped name or a TOML file of the markers that the
+        template hand then has.
+    side : {"", "left", "right"}
+        Of the template hand; the marker set's own by default.
+    prior : path, optional
+        A posture prior of ``learn subspace``; by default the one that ships.
+    **settings
+        Fields of `handclean.gaps.settings.FillConfig`, such as ``max_gap_s`` [s], and,
+        with ``solve_`` before them, of `handclean.ik.settings.SolveConfig`.
+
+    Returns
+    -------
+    Recording
+        Filled samples have ``markers.origin`` 2 and ``markers.sigma`` (T, M) [m], their
+        standard deviation per axis. ``motions`` has the joint angles, bridged through
+        the gaps; ``events`` and ``remarks`` tell what became of each gap.
+
+    Raises
+    ------
+    HandcleanError
+        If the take has none of the markers or no rate, no frame shows enough of them,
+        or what they show is not of a hand's size or of the other side.
+    UsageError
+        If subjects or settings are not what they should be.
+
+    Examples
+    --------
+    >>> import handclean as hc
+    >>> trial = hc.simulate("free", duration_s=1.0, rate_hz=50.0, ghosts_per_s=0.0)[0]
+    >>> filled = hc.fill_gaps(trial.labelled, trial.subject, max_gap_s=0.3)
+    >>> filled.markers.positions.shape
+    (50, 26, 3)
+    """
+    classes = {"fill": FillConfig, "solve": SolveConfig}
+    chosen = sorted_settings("fill_gaps", classes, settings)
+    hands = given.hands(subjects, marker_set, side, prior)
+    done = fill_hands(take, hands, chosen["fill"], chosen["solve"])
+    return recorded("fill-gaps", take, done, hands, chosen)

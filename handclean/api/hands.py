@@ -17,6 +17,7 @@ class Hands:
     identities : by the same names, how records name each subject: the digest of its
         file, or the marker set that a template has.
     prior : None to do without one.
+    is_template : whether no subject is given, only a marker set.
     prior_sha256 : digest of the prior's file; None for the prior that ships.
     """
 
@@ -24,6 +25,7 @@ class Hands:
     identities: Mapping[str, str]
     prior: PosturePrior | None
     prior_sha256: str | None = None
+    is_template: bool = False
 
     @property
     def only(self) -> tuple[str, Subject]:

@@ -1,12 +1,16 @@
 """Unlabelled takes with their markers named, and what is odd about them."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-from handclean.api import names
+from handclean.api import given, names
+from handclean.api.given import Subjects
 from handclean.api.hands import Hands
 from handclean.api.hands import warnings as of_template
+from handclean.api.records import recorded
 from handclean.api.results import StepResult
+from handclean.api.settings import sorted_settings
 from handclean.api.solve import doubts
 from handclean.hand.subject import Subject
 from handclean.labels.label import LabelFigures
@@ -81,3 +85,63 @@ def of_labels(found: LabelFigures) -> dict[str, Any]:
         "rms_mm": 1e3 * found.rms_m,
         "mean_confidence": found.mean_confidence,
     }
+
+
+def label(
+    take: Recording,
+    subjects: Subjects = (),
+    *,
+    marker_set: str = "",
+    side: str = "",
+    prior: Path | str | None = None,
+    **settings: Any,
+) -> Recording:
+    """Name the markers of an unlabelled take of one hand, as ``handclean label``.
+
+    Parameters
+    ----------
+    take : Recording
+        Points without names; names it has are not used.
+    subjects : Subject or sequence of Subject
+        Whose hand the take shows; from `calibrate_hand` or `read_subject`.
+    marker_set : str
+        Without a subject: a shipped name or a TOML file of the markers that the
+        template hand then has.
+    side : {"", "left", "right"}
+        Of the template hand; the marker set's own by default.
+    prior : path, optional
+        A posture prior of ``learn subspace``; by default the one that ships.
+    **settings
+        Fields of `handclean.labels.settings.LabelConfig`, such as ``strict``.
+
+    Returns
+    -------
+    Recording
+        ``markers.positions`` (T, M, 3) [m] are the points named, bit for bit, with
+        ``markers.confidence`` (T, M); ``unlabelled`` are all others. ``motions`` has
+        the pose in which each frame was matched, ``remarks`` what is odd.
+
+    Raises
+    ------
+    HandcleanError
+        If the hand is not found in the take, cannot be followed, or is the other one.
+    UsageError
+        If subjects or settings are not what they should be.
+
+    References
+    ----------
+    Maycock et al. (2015), "Fully automatic optical motion tracking using an inverse
+    kinematics approach", IEEE-RAS Humanoids: equation 2 scores the first frame.
+
+    Examples
+    --------
+    >>> import handclean as hc
+    >>> trial = hc.simulate("free", duration_s=1.0, rate_hz=50.0, ghosts_per_s=0.0)[0]
+    >>> labelled = hc.label(trial.unlabelled, trial.subject)
+    >>> hc.compare(trial.labelled, labelled).labels.f1 > 0.99
+    True
+    """
+    chosen = sorted_settings("label", {"label": LabelConfig}, settings)["label"]
+    hands = given.only_hand(subjects, marker_set, side, prior)
+    done = label_hand(take, hands, chosen)
+    return recorded("label", take, done, hands, chosen)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from handclean.recording import Recording
+from handclean.remarks import Remark, remark
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,3 +22,8 @@ class StepResult:
     take: Recording
     figures: Mapping[str, Any]
     warnings: tuple[str, ...] = ()
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """The warnings as remarks."""
+        return tuple(remark("note", text) for text in self.warnings)

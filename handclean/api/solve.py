@@ -1,13 +1,18 @@
 """Joint angles of labelled takes, and what is odd about them."""
 
 from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from handclean.api import bridged, names
+from handclean.api import bridged, given, names
+from handclean.api.given import Subjects
 from handclean.api.hands import Hands
 from handclean.api.hands import warnings as of_template
+from handclean.api.records import recorded
 from handclean.api.results import StepResult
+from handclean.api.settings import sorted_settings
 from handclean.arrays import Bools, Floats
 from handclean.errors import TAKE, HandcleanError
 from handclean.hand.model import Model, marker_positions, neutral_pose
@@ -239,3 +244,72 @@ def _residual(motion: Motion) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
 def _trusted(motion: Motion) -> float:
     assert motion.trusted is not None
     return float(motion.trusted.mean())
+
+
+def solve(
+    take: Recording,
+    subjects: Subjects = (),
+    *,
+    marker_set: str = "",
+    side: str = "",
+    prior: Path | str | None = None,
+    standard: bool = False,
+    **settings: Any,
+) -> Recording:
+    """Add the joint angles of a labelled take, as ``handclean solve``.
+
+    A hand whose gaps `fill_gaps` or `clean` filled, with the same subject, prior and
+    settings, keeps the motion that they found.
+
+    Parameters
+    ----------
+    take : Recording
+        With ``markers``.
+    subjects : Subject or sequence of Subject
+        Whose hands the take shows, one for each hand; from `calibrate_hand` or
+        `read_subject`.
+    marker_set : str
+        Without a subject: a shipped name or a TOML file of the markers that the
+        template hand then has.
+    side : {"", "left", "right"}
+        Of the template hand; the marker set's own by default.
+    prior : path, optional
+        A posture prior of ``learn subspace``; by default the one that ships.
+    standard : bool
+        Do without a posture prior.
+    **settings
+        Fields of `handclean.ik.settings.SolveConfig`.
+
+    Returns
+    -------
+    Recording
+        ``motions[name]`` of each hand: ``angles`` (T, D) [rad], ``translation`` (T, 3)
+        [m], ``rotation`` (T, 4) unit quaternions, ``trusted`` (T,), ``residual`` (T,)
+        [m]; ``skeletons[name]`` its joint tree.
+
+    Raises
+    ------
+    HandcleanError
+        If the take has none of the markers, no frame shows enough of them, or what
+        they show is not of a hand's size or of the other side.
+    UsageError
+        If subjects or settings are not what they should be.
+
+    References
+    ----------
+    Schröder et al. (2014), "Real-time hand tracking using synergistic inverse
+    kinematics", ICRA.
+
+    Examples
+    --------
+    >>> import handclean as hc
+    >>> trial = hc.simulate("free", duration_s=1.0, rate_hz=50.0, ghosts_per_s=0.0)[0]
+    >>> solved = hc.solve(trial.labelled, trial.subject)
+    >>> list(solved.motions), solved.motions["right"].angles.shape
+    (['right'], (50, 20))
+    """
+    chosen = sorted_settings("solve", {"solve": SolveConfig}, settings)
+    with_prior = not standard
+    hands = given.hands(subjects, marker_set, side, prior, with_prior=with_prior)
+    done = solve_hands(take, hands, chosen["solve"])
+    return recorded("solve", take, done, hands, {**chosen, "standard": standard})

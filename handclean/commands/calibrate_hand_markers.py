@@ -6,18 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from handclean.api import names
+from handclean.api.calibrate_hand import calibrate_takes
 from handclean.commands.shared import needs, sessions
 from handclean.commands.shared.choices import Calibrating
 from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
-from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import Subject
 from handclean.io.hdf5.subject import read_subject, write_subject
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
-from handclean.subject.calibrate import calibrate
-from handclean.subject.scan.dress import Dressed, dress
+from handclean.subject.scan.dress import Dressed
 
 SCANNED = ("neutral_rms_mm", "neutral_set_rms_mm", "marker_height_mm")
 """Figures of hands from a scan only."""
@@ -54,43 +52,25 @@ def calibrate_hand_markers(
         raise needs.no_marker_set()
     if len(sets) > 1 or len(sides) > 1:
         raise UsageError("--manifest: all takes should be of one marker set and side")
-    (name,) = sets
-    labels_sought = load_marker_set(name).labels
-    read = [names.matched(sessions.read(source), labels_sought) for source in sources]
-    takes = [take for take, _ in read]
-    same = (
-        *dict.fromkeys(words for _, told in read for words in told),
-        *sessions.traps_of_all(sources, takes),
+    (marker_set,) = sets
+    takes = [sessions.read(source) for source in sources]
+    done = calibrate_takes(
+        takes,
+        marker_set,
+        settings.calibrate,
+        side=sides.pop(),
+        name=settings.name,
+        scanned=_scanned(sources),
     )
-    has = [names.labels_of(take) for take in takes]
-    for source, labels in zip(sources, has, strict=True):
-        names.expect_set(source.path, labels, name)
-    scan_figures: Mapping[str, Any] = {}
-    scan_words: tuple[str, ...] = ()
-    scanned = _scanned(sources)
-    if scanned is not None:
-        dressed = dress(
-            scanned,
-            takes,
-            load_marker_set(name),
-            settings.calibrate,
-            name=settings.name,
-        )
-        placed = _placed(dressed)
-        if dressed.report is None:
-            return replace(placed, warnings=(*placed.warnings, *same))
-        subject, report = dressed.subject, dressed.report
-        scan_figures, scan_words = placed.figures, placed.warnings
-    else:
-        subject, report = calibrate(
-            takes,
-            load_marker_set(name),
-            settings.calibrate,
-            side=sides.pop(),
-            name=settings.name,
-        )
-
-    more = names.larger_set(set.intersection(*map(set, has)), name)
+    odd = sessions.traps_of_all(sources, takes)
+    of_scan: Mapping[str, Any] = {}
+    if done.dressed is not None:
+        placed = _placed(done.dressed)
+        if done.report is None:
+            return replace(placed, warnings=(*done.warnings, *odd))
+        of_scan = placed.figures
+    subject, report = done.subject, done.report
+    assert report is not None
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> None:
         write_subject(path, subject, provenance)
@@ -109,12 +89,8 @@ def calibrate_hand_markers(
     }
     return Outcome(
         line=line,
-        figures={**figures, **scan_figures},
-        warnings=tuple(
-            with_files(words, sources) for words in (*scan_words, *report.warnings)
-        )
-        + tuple(more)
-        + same,
+        figures={**figures, **of_scan},
+        warnings=(*(with_files(words, sources) for words in done.warnings), *odd),
         writers=(write,),
     )
 

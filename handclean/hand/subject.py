@@ -10,6 +10,7 @@ from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.surface import Surface
 from handclean.hand.template import HAND_BREADTH, HAND_LENGTH, template
+from handclean.remarks import Remark
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +26,9 @@ class Subject:
     errors : figures of the calibration, by name (metres, radians, counts).
     calibrated : False for a template that nobody has measured.
     surface : the hand's own skin, where somebody scanned or drew it.
+    file_sha256 : digest of the file the subject was read from, by which records name
+        it; "" for any other, also a changed copy of one that was read.
+    remarks : what the calibration told; not in the file.
     """
 
     name: str
@@ -34,6 +38,8 @@ class Subject:
     errors: Mapping[str, float] = field(default_factory=dict)
     calibrated: bool = True
     surface: Surface | None = None
+    file_sha256: str = field(default="", init=False, repr=False, compare=False)
+    remarks: tuple[Remark, ...] = field(default=(), repr=False, compare=False)
 
 
 def template_subject(

@@ -64,13 +64,7 @@ class Records:
         path = Path(os.path.realpath(path))
         if self.formats.carries_record(path):
             return self.formats.record(path)
-        try:
-            document = json.loads(sidecar(path).read_bytes())
-            if document["sha256"] != digest(path):
-                return ()
-            return entries(document["provenance"])
-        except (OSError, ValueError, KeyError, TypeError, FileError):
-            return ()
+        return beside(path)
 
     def behind(self, path: Path) -> frozenset[str]:
         """Digests of files that stand in a file's provenance, also if it was edited."""
@@ -104,6 +98,18 @@ class Records:
 def sidecar(path: Path) -> Path:
     """Where the record of an output stands that cannot carry it itself."""
     return path.with_name(path.name + ".made.json")
+
+
+def beside(path: Path) -> tuple[Entry, ...]:
+    """Return the record beside a file; empty where none is of the file as it is."""
+    path = Path(os.path.realpath(path))
+    try:
+        document = json.loads(sidecar(path).read_bytes())
+        if document["sha256"] != digest(path):
+            return ()
+        return entries(document["provenance"])
+    except (OSError, ValueError, KeyError, TypeError, FileError):
+        return ()
 
 
 def is_record(path: Path) -> bool:

@@ -207,6 +207,7 @@ def of_source(source: Source, *, least: int = 1, with_prior: bool = True) -> Han
         identities={name: _identity(source, file) for name, (_, file) in found.items()},
         prior=prior(source) if with_prior else None,
         prior_sha256=None if given is None else digest(given),
+        is_template=not options_of(source).subjects,
     )
 
 

@@ -1,0 +1,142 @@
+"""A subject from labelled takes of one hand that moves every joint."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from handclean.api import names
+from handclean.api.settings import sorted_settings
+from handclean.errors import TakeNumber, UsageError
+from handclean.hand.marker_set import load_marker_set
+from handclean.hand.subject import Subject
+from handclean.recording import Recording
+from handclean.remarks import remark
+from handclean.subject.calibrate import calibrate
+from handclean.subject.findings import CalibrationReport
+from handclean.subject.scan.dress import Dressed, dress
+from handclean.subject.settings import CalibrateConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibrated:
+    """A subject and how it was found.
+
+    Attributes
+    ----------
+    subject : the hand.
+    report : of the range of motion; None if the takes of a scanned hand show none.
+    dressed : of a scanned hand: where its markers are; else None.
+    warnings : what its owner should know, one line each.
+    """
+
+    subject: Subject
+    report: CalibrationReport | None
+    dressed: Dressed | None
+    warnings: tuple[str, ...]
+
+
+def calibrate_takes(
+    takes: Sequence[Recording],
+    marker_set: str,
+    settings: CalibrateConfig,
+    *,
+    side: str = "",
+    name: str = "",
+    scanned: Subject | None = None,
+) -> Calibrated:
+    """Find a hand and its markers; parameters as `calibrate_hand`.
+
+    Raises
+    ------
+    HandcleanError
+        As `calibrate_hand`.
+    """
+    markers = load_marker_set(marker_set)
+    read = [names.matched(take, markers.labels) for take in takes]
+    takes = [take for take, _ in read]
+    same = tuple(dict.fromkeys(words for _, told in read for words in told))
+    has = [names.labels_of(take) for take in takes]
+    for number, labels in enumerate(has):
+        names.expect_set(TakeNumber(number), labels, marker_set)
+    dressed = None
+    words: tuple[str, ...] = ()
+    if scanned is not None:
+        dressed = dress(scanned, takes, markers, settings, name=name)
+        subject, report = dressed.subject, dressed.report
+        words = dressed.placed.words
+    else:
+        subject, report = calibrate(takes, markers, settings, side=side, name=name)
+    if report is not None:
+        larger = names.larger_set(set.intersection(*map(set, has)), marker_set)
+        words = (*words, *report.warnings, *larger)
+    return Calibrated(
+        subject=subject, report=report, dressed=dressed, warnings=(*words, *same)
+    )
+
+
+def calibrate_hand(
+    takes: Sequence[Recording],
+    marker_set: Path | str,
+    *,
+    side: str = "",
+    name: str = "",
+    scanned: Subject | None = None,
+    **settings: Any,
+) -> Subject:
+    """Find bone lengths, joints and marker places of a hand.
+
+    As ``handclean calibrate-hand markers``.
+
+    Parameters
+    ----------
+    takes : sequence of Recording
+        Labelled takes of one hand, in which every joint goes through its range.
+    marker_set : str or path
+        Shipped name or TOML file of the set that the markers are named after.
+    side : {"", "left", "right"}
+        The marker set's own by default.
+    name : str
+        Whose hand it is.
+    scanned : Subject, optional
+        The same hand from a scan: the markers are placed on its skin.
+    **settings
+        Fields of `handclean.subject.settings.CalibrateConfig`.
+
+    Returns
+    -------
+    Subject
+        ``model.tree`` has the bones [m], ``errors`` the residuals [m] and other
+        figures by name, ``marker_sigma`` (M,) [m] the RMS residual of each marker;
+        ``remarks`` tell what is odd.
+
+    Raises
+    ------
+    HandcleanError
+        If a take lacks a marker of the set, too few frames hold enough markers, or
+        what they show is not of a hand's size.
+    UsageError
+        If there is no take, the side is not that of the hand measured, or a setting is
+        wrong.
+
+    Examples
+    --------
+    >>> import handclean as hc
+    >>> rom = hc.simulate("rom", marker_set="maycock26", rate_hz=20.0, ghosts_per_s=0.0)
+    >>> take, truth = rom[0].labelled, rom[0].subject
+    >>> subject = hc.calibrate_hand([take], "maycock26", name="S01", frames=60)
+    >>> hc.compare(truth, subject).figures()["length_mean_mm"] < 2.0
+    True
+    """
+    chosen = sorted_settings("calibrate_hand", {"": CalibrateConfig}, settings)[""]
+    takes = list(takes)
+    if not takes:
+        raise UsageError("there are none; give one at least", where="takes")
+    if scanned is not None and side not in ("", scanned.model.tree.side):
+        wrong = f"'{side}': the scan is of a {scanned.model.tree.side} hand"
+        raise UsageError(wrong, where="side")
+    done = calibrate_takes(
+        takes, str(marker_set), chosen, side=side, name=name, scanned=scanned
+    )
+    told = tuple(remark("note", text) for text in done.warnings)
+    return replace(done.subject, remarks=told)
