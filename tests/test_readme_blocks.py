@@ -153,6 +153,18 @@ def test_the_rule_for_make_runs(place):
 
 
 @pytest.mark.slow
+def test_the_example_in_python_runs(place):
+    folder, environment = place
+    samples = ROOT / "sample_sessions"
+    shutil.copy(samples / "S01_001_thumb_4_finger.c3d", folder / "take_07.c3d")
+    shutil.copy(samples / "S01_001_rom.c3d", folder / "rom.c3d")
+    (text,) = of("python")
+    run = [sys.executable, "-c", text]
+    subprocess.run(run, cwd=folder, env=environment, check=True)
+    assert (folder / "take_07.clean.h5").is_file()
+
+
+@pytest.mark.slow
 def test_make_demo_runs_in_a_folder_with_a_space(place, tmp_path):
     """``make test``, the line after it, is what runs these tests."""
     _, environment = place
@@ -170,11 +182,13 @@ def test_make_demo_runs_in_a_folder_with_a_space(place, tmp_path):
     assert len(list((copy / "demo_out").glob("*.h5"))) >= 6
 
 
-@pytest.mark.parametrize("language", ["sh", "make", "toml", "bash", "zsh", "fish", ""])
+@pytest.mark.parametrize(
+    "language", ["sh", "make", "python", "toml", "bash", "zsh", "fish", ""]
+)
 def test_every_kind_of_block_is_run_somewhere(language):
     """Those of shells by `cli/test_completion`; the plan of floors is no command."""
     assert {language for language, _ in BLOCKS} <= {
-        "sh", "make", "toml", "bash", "zsh", "fish", "",
+        "sh", "make", "python", "toml", "bash", "zsh", "fish", "",
     }  # fmt: skip
     assert of(language)
 

@@ -1,8 +1,9 @@
-"""How long commands take to begin: help, a warm start, compiling all kernels.
+"""How long commands take to begin: import, help, a warm start, compiling all kernels.
 
 Seconds on the wall, the best of some runs, and of processors. "A sample" is `clean` of
 a take of `sample_sessions`, 26 markers, with the subject beside it; "compile" is
-`handclean warm` with an empty cache, two processes beside a third.
+`handclean warm` with an empty cache, two processes beside a third. "nothing" is the
+start of Python itself, which every row holds.
 """
 
 import os
@@ -21,13 +22,13 @@ RUNS = counted("runs of which the fastest counts", 7, quick=5)
 COLD = counted("compilations of all kernels", 1, quick=1, tiny=0)
 
 
-def spent(words, folder, cache=None):
+def spent(words, folder, cache=None, run=("-m", "handclean")):
     """[s] on the wall and of processors that a command line takes."""
     extra = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.perf_counter()
     subprocess.run(
-        [sys.executable, "-m", "handclean", *words],
+        [sys.executable, *run, *words],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(ROOT), **extra},
         capture_output=True,
@@ -57,6 +58,8 @@ def rows():
             check=True,
         )
         table = [
+            row("nothing, in Python", [], folder, run=("-c", "")),
+            row("import handclean", [], folder, run=("-c", "import handclean")),
             row("handclean --help", ["--help"], folder),
             row("handclean label --help", ["label", "--help"], folder),
             row("handclean inspect, a sample", ["inspect", take], folder),
