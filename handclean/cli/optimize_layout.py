@@ -1,6 +1,8 @@
 """``handclean optimize-layout``."""
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -16,6 +18,41 @@ from handclean.runner.batch import Batch
 from handclean.runner.command import Work
 
 SHEETS = (".pdf", ".svg", ".png")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What the options ask for that are no settings.
+
+    Attributes
+    ----------
+    from_set : marker set to choose from, "" for all of the skin.
+    prior : file of the posture subspace.
+    painted : file of the skin with forbidden places painted.
+    by_error : whether to try several numbers of directions.
+    marker_mm : diameter of the markers.
+    name : of the marker set, "" for the file's.
+    sheets : placement sheets to write.
+    glb : file of the hand with its markers.
+    evaluate : whether the inputs are layouts to judge.
+    on : motion to judge them on.
+    """
+
+    from_set: str
+    prior: Path | None
+    painted: Path | None
+    by_error: bool
+    marker_mm: float
+    name: str
+    sheets: tuple[Path, ...]
+    glb: Path | None
+    evaluate: bool
+    on: tuple[Path, ...]
+
+    @property
+    def beside(self) -> list[Path]:
+        """Files to write beside the marker set."""
+        return [*self.sheets, *([self.glb] if self.glb is not None else [])]
 
 
 class SeveralOn(click.Command):
@@ -94,19 +131,7 @@ class SeveralOn(click.Command):
     options.TELLING,
 )
 def command(
-    batch: Batch,
-    settings: LayoutConfig,
-    judged: EvaluateConfig,
-    from_set: str,
-    prior: Path | None,
-    painted: Path | None,
-    by_error: bool,
-    marker_mm: float,
-    name: str,
-    sheets: tuple[Path, ...],
-    glb: Path | None,
-    evaluate: bool,
-    on: tuple[Path, ...],
+    batch: Batch, settings: LayoutConfig, judged: EvaluateConfig, **given: Any
 ) -> int:
     """Find the few markers that tell a motion best, or judge such layouts.
 
@@ -120,52 +145,49 @@ def command(
         handclean optimize-layout takes/*.h5 -o six.toml --sheet six.pdf
         handclean optimize-layout --evaluate six.toml hoyet6 --on others/*.h5
     """
-    if by_error and (settings.full or settings.dimensions):
+    asked = Asked(**given)
+    if asked.by_error and (settings.full or settings.dimensions):
         raise UsageError("--by-error: finds the dimensions; leave out --dimensions")
-    if evaluate:
-        return _evaluate(batch, settings, judged, prior, on, (*sheets, glb, painted))
-    if on:
+    if asked.evaluate:
+        return _evaluate(batch, settings, judged, asked)
+    if asked.on:
         raise UsageError("--on: is for --evaluate; motion to optimize for is an input")
-    for sheet in sheets:
+    for sheet in asked.sheets:
         if sheet.suffix.lower() not in SHEETS:
             raise UnknownSettingError(sheet, "format for sheets", sheet.suffix, SHEETS)
-    if glb is not None and glb.suffix.lower() != ".glb":
-        raise UsageError(f"--glb {glb}: should end in .glb")
-    beside = [*sheets, *([glb] if glb is not None else [])]
+    if asked.glb is not None and asked.glb.suffix.lower() != ".glb":
+        raise UsageError(f"--glb {asked.glb}: should end in .glb")
     try:
         chosen = LayingOut(
             layout=settings,
-            name=name,
-            from_set=from_set,
-            marker_mm=marker_mm,
-            by_error=by_error,
-            beside=tuple(path.suffix.lower() for path in beside),
+            name=asked.name,
+            from_set=asked.from_set,
+            marker_mm=asked.marker_mm,
+            by_error=asked.by_error,
+            beside=tuple(path.suffix.lower() for path in asked.beside),
         )
     except ValueError as error:
         raise UsageError(str(error)) from None
-    layout = Path(from_set) if from_set.endswith(".toml") else None
-    given = options.with_files(batch, from_set=layout, prior=prior, painted=painted)
+    layout = Path(asked.from_set) if asked.from_set.endswith(".toml") else None
+    batch = options.with_files(
+        batch, from_set=layout, prior=asked.prior, painted=asked.painted
+    )
     with progress.shown(batch.quiet):
-        work = work_of("optimize-layout", given, chosen)
-        return many.reduce(work, given, beside)
+        work = work_of("optimize-layout", batch, chosen)
+        return many.reduce(work, batch, asked.beside)
 
 
 def _evaluate(
-    batch: Batch,
-    settings: LayoutConfig,
-    judged: EvaluateConfig,
-    prior: Path | None,
-    on: tuple[Path, ...],
-    others: tuple[Path | None, ...],
+    batch: Batch, settings: LayoutConfig, judged: EvaluateConfig, asked: Asked
 ) -> int:
-    if not on:
+    if not asked.on:
         raise UsageError("--on: is missing; it should name motion to judge layouts on")
-    if batch.output is not None or any(path is not None for path in others):
+    if batch.output is not None or asked.beside or asked.painted is not None:
         raise UsageError("--evaluate: writes nothing; leave out -o and other files")
     chosen = JudgingLayouts(
         evaluate=judged, anchor=settings.anchor, solve=SolveConfig()
     )
-    numbered = {f"on {n}": path for n, path in enumerate(on, start=1)}
-    given = options.with_files(batch, prior=prior, **numbered)
+    numbered = {f"on {n}": path for n, path in enumerate(asked.on, start=1)}
+    batch = options.with_files(batch, prior=asked.prior, **numbered)
     with progress.shown(batch.quiet):
-        return many.reduce(Work.of(JUDGE_LAYOUTS, given, chosen), given)
+        return many.reduce(Work.of(JUDGE_LAYOUTS, batch, chosen), batch)
