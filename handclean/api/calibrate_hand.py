@@ -14,7 +14,7 @@ from handclean.recording import Recording
 from handclean.remarks import remark
 from handclean.subject.calibrate import calibrate
 from handclean.subject.findings import CalibrationReport
-from handclean.subject.scan.dress import Dressed, dress
+from handclean.subject.scan.locate import Located, locate_markers
 from handclean.subject.settings import CalibrateConfig
 
 
@@ -26,13 +26,13 @@ class Calibrated:
     ----------
     subject : the hand.
     report : of the range of motion; None if the takes of a scanned hand show none.
-    dressed : of a scanned hand: where its markers are; else None.
+    located : of a scanned hand: where its markers are; else None.
     warnings : what its owner should know, one line each.
     """
 
     subject: Subject
     report: CalibrationReport | None
-    dressed: Dressed | None
+    located: Located | None
     warnings: tuple[str, ...]
 
 
@@ -59,19 +59,19 @@ def calibrate_takes(
     has = [names.labels_of(take) for take in takes]
     for number, labels in enumerate(has):
         names.expect_set(TakeNumber(number), labels, marker_set)
-    dressed = None
+    located = None
     words: tuple[str, ...] = ()
     if scanned is not None:
-        dressed = dress(scanned, takes, markers, settings, name=name)
-        subject, report = dressed.subject, dressed.report
-        words = dressed.placed.words
+        located = locate_markers(scanned, takes, markers, settings, name=name)
+        subject, report = located.subject, located.report
+        words = located.placed.words
     else:
         subject, report = calibrate(takes, markers, settings, side=side, name=name)
     if report is not None:
         larger = names.larger_set(set.intersection(*map(set, has)), marker_set)
         words = (*words, *report.warnings, *larger)
     return Calibrated(
-        subject=subject, report=report, dressed=dressed, warnings=(*words, *same)
+        subject=subject, report=report, located=located, warnings=(*words, *same)
     )
 
 

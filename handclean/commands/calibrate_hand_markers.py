@@ -15,7 +15,7 @@ from handclean.hand.subject import Subject
 from handclean.io.hdf5.subject import read_subject, write_subject
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
-from handclean.subject.scan.dress import Dressed
+from handclean.subject.scan.locate import Located
 
 SCANNED = ("neutral_rms_mm", "neutral_set_rms_mm", "marker_height_mm")
 """Figures of hands from a scan only."""
@@ -64,8 +64,8 @@ def calibrate_hand_markers(
     )
     odd = sessions.traps_of_all(sources, takes)
     of_scan: Mapping[str, Any] = {}
-    if done.dressed is not None:
-        placed = _placed(done.dressed)
+    if done.located is not None:
+        placed = _placed(done.located)
         if done.report is None:
             return replace(placed, warnings=(*done.warnings, *odd))
         of_scan = placed.figures
@@ -128,9 +128,9 @@ def _scanned(sources: tuple[Source, ...]) -> Subject | None:
     return subject
 
 
-def _placed(dressed: Dressed) -> Outcome:
+def _placed(located: Located) -> Outcome:
     """Say where a scanned hand's markers are when takes told no more."""
-    subject, placed = dressed.subject, dressed.placed
+    subject, placed = located.subject, located.placed
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> None:
         write_subject(path, subject, provenance)

@@ -23,7 +23,7 @@ from handclean.kernels.chain import Links
 from handclean.numerics.triangles import box_tree, closest
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
-_ROUNDS, _SURE = 60, 1e-10
+_MOST_ROUNDS, _SURE_M = 60, 1e-10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -248,7 +248,7 @@ def project(surface: Surface, vertices: Floats, points: Floats) -> OnSkin:
     feet = closest(vertices, surface.faces, points, tree)
     best = OnSkin(face=feet.face, share=feet.share, lift=feet.distance)
     least = np.full(len(points), np.inf)
-    for _ in range(_ROUNDS):
+    for _ in range(_MOST_ROUNDS):
         corner_normals = at_vertices[surface.faces[feet.face]]
         normal = np.einsum("mk,mkn->mn", feet.share, corner_normals)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -262,7 +262,7 @@ def project(surface: Surface, vertices: Floats, points: Floats) -> OnSkin:
             share=np.where(better[:, None], feet.share, best.share),
             lift=np.where(better, lift, best.lift),
         )
-        if least.max(initial=0.0) < _SURE:
+        if least.max(initial=0.0) < _SURE_M:
             break
         feet = closest(vertices, surface.faces, feet.places + 0.6 * aside, tree)
     return best

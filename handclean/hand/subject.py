@@ -48,7 +48,7 @@ def template_subject(
     length_m: float = HAND_LENGTH,
     breadth_m: float = HAND_BREADTH,
 ) -> Subject:
-    """Return the template hand wearing a marker set, for when nobody was measured."""
+    """Return the template hand with a marker set, for when nobody was measured."""
     tree = template(
         side or marker_set.side, length_m, breadth_m, forearm=marker_set.forearm
     )

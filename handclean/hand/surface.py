@@ -14,7 +14,7 @@ from handclean.arrays import Bytes, Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
 from handclean.tree import MIRROR, JointTree
 
-MOST_BONES = 4
+BONES_PER_VERTEX = 4
 """Bones that move one vertex, at most."""
 
 BACK = np.array([0.0, 0.0, 1.0])
@@ -44,8 +44,8 @@ class Surface:
         count = len(self.vertices)
         expect_shape("vertices", self.vertices, count, 3)
         expect_shape("faces", self.faces, "F", 3)
-        expect_shape("bones", self.bones, count, MOST_BONES)
-        expect_shape("weights", self.weights, count, MOST_BONES)
+        expect_shape("bones", self.bones, count, BONES_PER_VERTEX)
+        expect_shape("weights", self.weights, count, BONES_PER_VERTEX)
         if self.colors is not None:
             expect_shape("colors", self.colors, count, 3)
         problem = _problem(self)

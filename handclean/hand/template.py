@@ -3,7 +3,7 @@
 Written side-free, in the coordinates (towards the thumb, towards the fingers, out of
 the back), which are those of a left hand's right-handed frame; a right hand is the
 mirror image. The zero posture is the flat hand, fingers straight and parallel, the
-thumb in the palm's plane `THUMB_YAW` away from them.
+thumb in the palm's plane `THUMB_YAW_RAD` away from them.
 
 Lengths
     Segment lengths are fractions of hand length, wrist to metacarpal heads included:
@@ -25,7 +25,7 @@ Axes
     Abduction is about the normal of the palm and comes first, flexion about the axis
     across the finger second. The thumb's first joint abducts out of the palm's plane,
     then flexes across it; its outer two joints flex about one axis, turned by
-    `THUMB_ROLL` about the thumb, since the thumb's nail looks sideways.
+    `THUMB_ROLL_RAD` about the thumb, since the thumb's nail looks sideways.
 """
 
 from typing import NamedTuple
@@ -42,8 +42,8 @@ HAND_LENGTH = 0.1872
 HAND_BREADTH = 0.0849
 """[m] across the metacarpal heads, mean of men and women."""
 
-THUMB_YAW = np.radians(40.0)
-THUMB_ROLL = np.radians(60.0)
+THUMB_YAW_RAD = np.radians(40.0)
+THUMB_ROLL_RAD = np.radians(60.0)
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 
@@ -87,9 +87,9 @@ _X, _Y, _Z = np.eye(3)
 
 def _thumb_frame() -> Floats:
     """(3, 3) the thumb's bones at zero: columns sideways, along it, out of its nail."""
-    along = np.sin(THUMB_YAW) * _X + np.cos(THUMB_YAW) * _Y
-    aside = np.cos(THUMB_YAW) * _X - np.sin(THUMB_YAW) * _Y
-    nail = np.cos(THUMB_ROLL) * _Z + np.sin(THUMB_ROLL) * aside
+    along = np.sin(THUMB_YAW_RAD) * _X + np.cos(THUMB_YAW_RAD) * _Y
+    aside = np.cos(THUMB_YAW_RAD) * _X - np.sin(THUMB_YAW_RAD) * _Y
+    nail = np.cos(THUMB_ROLL_RAD) * _Z + np.sin(THUMB_ROLL_RAD) * aside
     return np.column_stack([np.cross(along, nail), along, nail])
 
 

@@ -33,7 +33,7 @@ from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[1] / "data" / "template_hand.npz"
 
-_REACH = 0.08
+_BONE_REACH = 0.08
 """[m] on the template: how far (w) a knuckle's displacement takes the palm along."""
 
 
@@ -191,7 +191,7 @@ def _hand_told(
 
 def _bump(places: Floats, centres: Floats) -> Floats:
     """(V, N) Wendland's function of the distances of places from N centres."""
-    gap = np.linalg.norm(places[:, None] - centres[None], axis=2) / _REACH
+    gap = np.linalg.norm(places[:, None] - centres[None], axis=2) / _BONE_REACH
     out: Floats = np.maximum(1.0 - gap, 0.0) ** 4 * (4.0 * gap + 1.0)
     return out
 

@@ -34,8 +34,9 @@ from handclean.kernels.linalg import backward, factor, forward
 from handclean.kernels.pose_step import move
 from handclean.kernels.shape import Packing, shape_jacobian
 
-SPEECHLESS = 1e-9
-"""Added to the diagonal of a pose's equations: what no marker decides stays put."""
+DIAGONAL_ADDED = 1e-9
+"""[1/m^2, 1/rad^2] added to the diagonal of a pose's equations, so that numbers which
+no marker decides do not move (chosen: far below the weight of one marker)."""
 
 
 class PoseBounds(NamedTuple):
@@ -314,7 +315,7 @@ def eliminate(
         pose_equations(poses[f], body, room, lower[f], line)
         add_shape_equations(body, room, reduced[f], square, slope)
         for a in range(size):
-            lower[f, a, a] += damping * lower[f, a, a] + SPEECHLESS
+            lower[f, a, a] += damping * lower[f, a, a] + DIAGONAL_ADDED
             rest[f, a, 0] = line[a]
         factor(lower[f])
         forward(lower[f], reduced[f])

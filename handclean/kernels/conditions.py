@@ -15,10 +15,11 @@ import math
 from handclean.arrays import Floats
 from handclean.kernels import jit
 
-_EPS = 2.220446049250313e-16
-_LEAST = 1e-250
-_SURE = 1e-7  # of a step that converges cubically
-_STEPS = 60
+_MACHINE_EPSILON = 2.220446049250313e-16  # of float64
+_SMALLEST = 1e-250  # numbers below count as 0, so that no quotient overflows (chosen)
+_STEP_SHARE = 1e-7  # a step this small, relative to the root, is the last: the method
+# converges cubically, so that what is left is below rounding
+_MOST_STEPS = 60  # chosen; no matrix met needed as many
 
 
 @jit
@@ -51,7 +52,7 @@ def condition(a: Floats, d: Floats, e: Floats) -> float:
     for i in range(n):
         d[i] /= bound
         e[i] = (e[i] / bound) ** 2
-    noise = n * _EPS
+    noise = n * _MACHINE_EPSILON
     low = outer_root(d, e, -noise, -1.0)
     high = outer_root(d, e, 1.0 + noise, 1.0)
     if not low > noise * high:
@@ -79,7 +80,7 @@ def tridiagonal(a: Floats, d: Floats, e: Floats) -> None:
             size = -size
         e[k] = size
         half = square - a[k + 1, k] * size  # u'u / 2, u the mirror's normal
-        if half < _LEAST:
+        if half < _SMALLEST:
             continue
         a[k + 1, k] -= size
         along = 0.0
@@ -115,7 +116,7 @@ def outer_root(d: Floats, squares: Floats, start: float, side: float) -> float:
     side : -1 for the smallest, from the left; 1 for the largest, from the right.
     """
     x, n = start, d.shape[0]
-    for _ in range(_STEPS):
+    for _ in range(_MOST_STEPS):
         p0, p1 = 1.0, d[0] - x
         s0, s1 = 0.0, -1.0  # first derivative
         c0, c1 = 0.0, 0.0  # second
@@ -125,7 +126,7 @@ def outer_root(d: Floats, squares: Floats, start: float, side: float) -> float:
             s2 = away * s1 - p1 - square * s0
             c2 = away * c1 - 2.0 * s1 - square * c0
             p0, p1, s0, s1, c0, c1 = p1, p2, s1, s2, c1, c2
-        if not abs(p1) > _LEAST:
+        if not abs(p1) > _SMALLEST:
             return x
         slope = s1 / p1
         if not slope * side > 0.0:  # rounding has carried x past the root
@@ -134,6 +135,6 @@ def outer_root(d: Floats, squares: Floats, start: float, side: float) -> float:
         inner = (n - 1) * (n * bend - slope * slope)
         step = n / (slope + side * math.sqrt(max(inner, 0.0)))
         x -= step
-        if abs(step) <= _SURE * abs(x):
+        if abs(step) <= _STEP_SHARE * abs(x):
             return float(x)
     return float(x)

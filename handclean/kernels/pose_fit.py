@@ -7,7 +7,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.kernels import jit
 from handclean.kernels.bundle import (
-    SPEECHLESS,
+    DIAGONAL_ADDED,
     Body,
     Room,
     frame_cost,
@@ -50,7 +50,7 @@ def fit_poses(
                 stale = False
             lower[:] = square
             for a in range(size):
-                lower[a, a] += damping * square[a, a] + SPEECHLESS
+                lower[a, a] += damping * square[a, a] + DIAGONAL_ADDED
                 step[a] = slope[a]
             factor(lower)
             forward_vector(lower, step)
@@ -99,7 +99,7 @@ def pose_sigmas(
         pose_equations(poses[f], body, room, lower, line)
         inverse[:] = 0.0
         for a in range(size):
-            lower[a, a] += SPEECHLESS
+            lower[a, a] += DIAGONAL_ADDED
             inverse[a, a] = 1.0
         factor(lower)
         forward(lower, inverse)

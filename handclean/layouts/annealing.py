@@ -30,18 +30,22 @@ from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch, random_layouts
 from handclean.layouts.settings import LayoutConfig
 
-BLOCKS = 25
-HOT, COLD = 0.03, 1e-4
+TEMPERATURE_BLOCKS = 25
+"""Blocks of steps; the history has an entry for each (chosen)."""
+
+START_TEMPERATURE, END_TEMPERATURE = 0.03, 1e-4
 """Temperatures at the start and at the end, in units of how much a layout among the
-best twentieth of random ones is worse than the best of them."""
+best twentieth of random ones is worse than the best of them (chosen)."""
 
-FAR = 0.25
-"""Share of the changes that put a marker anywhere."""
+ANYWHERE_SHARE = 0.25
+"""Share of the changes that put a marker anywhere (chosen)."""
 
-STEP_M = 0.02
-"""Spread of the other changes along each axis, on a hand of template size [m]."""
+STEP_SD_M = 0.02
+"""[m] standard deviation of the other changes along each axis, on a hand of template
+size (chosen)."""
 
-KICKS, KICKED = 6, 2
+KICKS, KICKED_MARKERS = 6, 2
+"""How often markers of the settled layout are put anywhere, and how many (chosen)."""
 
 
 def anneal(
@@ -95,13 +99,15 @@ def _annealed(
     rows, tree = point_tree(problem.home)
     now = best = np.argsort(rows)[layout]
     energy = least = log.least
-    count = settings.particles * settings.iterations // (2 * BLOCKS)
-    reach = STEP_M * problem.length_m / HAND_LENGTH
-    heats = scale * np.geomspace(HOT, COLD, count * BLOCKS).reshape(BLOCKS, count)
+    count = settings.particles * settings.iterations // (2 * TEMPERATURE_BLOCKS)
+    reach = STEP_SD_M * problem.length_m / HAND_LENGTH
+    heats = scale * np.geomspace(
+        START_TEMPERATURE, END_TEMPERATURE, count * TEMPERATURE_BLOCKS
+    ).reshape(TEMPERATURE_BLOCKS, count)
     candidates = candidates_of(problem, settings, rows)
     for heat in heats:
         away = rng.normal(0.0, reach, (count, 3))
-        away[rng.random(count) < FAR] = np.nan
+        away[rng.random(count) < ANYWHERE_SHARE] = np.nan
         marker, anywhere, luck = np.ascontiguousarray(1.0 - rng.random((count, 3)).T)
         steps = Steps(heat, marker, anywhere, luck, away)
         found = anneal_kernel(now, energy, tree, candidates, steps)
@@ -121,7 +127,7 @@ def _kicked(
 ) -> Ints:
     """Put two markers anywhere and settle; keep the better layout."""
     free = np.setdiff1d(np.arange(len(problem.home)), layout)
-    moved = min(KICKED, len(layout), len(free))
+    moved = min(KICKED_MARKERS, len(layout), len(free))
     trial = layout.copy()
     which = rng.permutation(len(layout))[:moved]
     trial[which] = rng.choice(free, moved, replace=False)

@@ -23,13 +23,13 @@ from handclean.layouts.problem import Problem, make_problem
 from handclean.layouts.settings import LayoutConfig
 from handclean.tree import POSE_HEAD
 
-FEWEST, MOST = 3, 12
+FEWEST_DIRECTIONS, MOST_DIRECTIONS = 3, 12
 """Directions that are tried, as far as the markers can tell them."""
 
-SHARE = 0.95
+SOLVER_VARIANCE_SHARE = 0.95
 """Of the variance that the subspace holds with which markers are solved."""
 
-_SOLVED, _COMPARED = 6000, 200  # frames
+_FRAMES_SOLVED, _FRAMES_COMPARED = 6000, 200  # frames
 
 Told = Callable[[int, float], None]
 """Called with the directions and the mean error [m] of each layout."""
@@ -68,13 +68,15 @@ def choose(
         prior = learn(takes, names, share=1.0)
     varied = int((prior.deviations > 1e-6).sum())
     equations = 3 * settings.markers - (3 if settings.anchor else 6)
-    most = min(MOST, equations, varied)
+    most = min(MOST_DIRECTIONS, equations, varied)
     if most < 1:
         raise HandcleanError(
             f"{settings.markers} markers do not tell any direction of the posture "
             "beside the hand's rotation; take more"
         )
-    held = int(np.searchsorted(np.cumsum(prior.variance_share), SHARE)) + 1
+    held = (
+        int(np.searchsorted(np.cumsum(prior.variance_share), SOLVER_VARIANCE_SHARE)) + 1
+    )
     solved_with = replace(
         prior,
         components=np.ascontiguousarray(prior.components[:, :held]),
@@ -84,7 +86,7 @@ def choose(
     poses = _poses(model, takes, names)
     best: tuple[float, Problem, Layout] | None = None
     errors = {}
-    for count in range(min(FEWEST, most), most + 1):
+    for count in range(min(FEWEST_DIRECTIONS, most), most + 1):
         asked = replace(settings, dimensions=count, full=False)
         problem = make_problem(model, takes, names, asked, prior=prior, surface=surface)
         layout = optimize(problem, asked, np.random.default_rng(seed))
@@ -92,7 +94,7 @@ def choose(
             model.selected(layout.labels),
             surface,
             poses,
-            EvaluateConfig(frames=_COMPARED),
+            EvaluateConfig(frames=_FRAMES_COMPARED),
             np.random.default_rng(seed),
             prior=solved_with,
             anchor=settings.anchor,
@@ -112,7 +114,7 @@ def _poses(
     """(T, 7 + D) known frames, the wrist at the origin; of long takes the middle."""
     tree, out = model.tree, []
     columns = [POSE_HEAD + tree.hinges.index(name) for name in names]
-    each = max(_SOLVED // len(takes), 1)
+    each = max(_FRAMES_SOLVED // len(takes), 1)
     for take in takes:
         known = take[np.isfinite(take).all(axis=1)]
         start = max((len(known) - each) // 2, 0)

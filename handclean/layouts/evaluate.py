@@ -4,7 +4,7 @@ Schroeder 2016, figure 11 and table 1: a hand moves as it is known to, its marke
 seen with some noise, inverse kinematics solves them, and every vertex of the skin is
 somewhere else than it was. With the papers' anchor, a marker on the forearm, it is
 known where the wrist is, but not how the hand is turned: one more marker in the wrist's
-joint, without noise, that weighs as much as `ANCHOR` others.
+joint, without noise, that weighs as much as `WRIST_MARKER_WEIGHT` others.
 """
 
 import time
@@ -24,11 +24,12 @@ from handclean.ik.solve import solve_markers
 from handclean.layouts.evaluate_settings import EvaluateConfig
 from handclean.tree import POSE_HEAD
 
-ANCHOR = 1e3
-"""Weight of the marker that tells where the wrist is."""
+WRIST_MARKER_WEIGHT = 1e3
+"""Weight of the marker that tells where the wrist is, against 1 of the others (chosen:
+it is taken as known)."""
 
 _WRIST = "(wrist)"
-_AT_ONCE = 200  # frames whose skin is compared at once
+_FRAMES_AT_ONCE = 200  # frames whose skin is compared at once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +97,7 @@ def evaluate(
         raise HandcleanError("motion: has no frame in which all angles are known")
     seen = anchored(model) if anchor else model
     weights = np.ones(len(seen.labels))
-    weights[len(model.labels) :] = ANCHOR
+    weights[len(model.labels) :] = WRIST_MARKER_WEIGHT
     apart, turned, spent, first = [], [], 0.0, 0
     rows = np.linspace(0, total - 1, min(settings.frames, total)).round()
     for poses in takes:
@@ -136,8 +137,8 @@ def on_fingers(model: Model, surface: Surface) -> Ints:
 def skin_apart(model: Model, surface: Surface, one: Floats, other: Floats) -> Floats:
     """(T, V) [m] distances of vertices in (T, 7 + D) poses from those in others."""
     out = np.zeros((len(one), len(surface.vertices)))
-    for start in range(0, len(one), _AT_ONCE):
-        some = slice(start, start + _AT_ONCE)
+    for start in range(0, len(one), _FRAMES_AT_ONCE):
+        some = slice(start, start + _FRAMES_AT_ONCE)
         pair = [posed(surface, model.tree, poses[some]) for poses in (one, other)]
         out[some] = np.linalg.norm(pair[1] - pair[0], axis=2)
     return out

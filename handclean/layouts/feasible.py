@@ -25,7 +25,7 @@ from handclean.hand.template import bone_frame
 from handclean.layouts.settings import LayoutConfig
 from handclean.tree import MIRROR, JointTree
 
-_ALL = 1.0 - 1e-6
+_ONE_BONE_WEIGHT = 1.0 - 1e-6
 
 
 def feasible(
@@ -53,7 +53,7 @@ def feasible(
         if name not in tree.bones:
             raise UnknownNameError("without_bones", "bone", name, tree.bones)
     bone = surface.bones[:, 0]
-    allowed = surface.weights[:, 0] >= _ALL
+    allowed = surface.weights[:, 0] >= _ONE_BONE_WEIGHT
     normals = vertex_normals(surface.vertices, surface.faces)
     allowed &= (normals * _backs(tree, settings.back)[bone]).sum(
         axis=1

@@ -20,7 +20,9 @@ from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch
 from handclean.layouts.settings import LayoutConfig
 
-_KNOWN = 1e-6  # of the largest entry: less than this counts as nothing known
+_NOTHING_KNOWN_SHARE = (
+    1e-6  # of the largest entry: less than this counts as nothing known
+)
 
 
 def greedy(
@@ -128,5 +130,5 @@ def _next(problem: Problem, layout: Ints, settings: LayoutConfig) -> int:
     base: Floats = problem.grams[layout].sum(axis=0)
     free = np.setdiff1d(np.arange(len(problem.home)), layout)
     grams, size = np.ascontiguousarray(problem.grams[free]), len(problem.columns)
-    least = _KNOWN * float(problem.grams.max())
+    least = _NOTHING_KNOWN_SHARE * float(problem.grams.max())
     return int(free[most_determined(base, grams, least, size)])

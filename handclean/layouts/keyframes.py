@@ -14,8 +14,8 @@ import numpy as np
 from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
 
-_MOST = 20_000
-_ROUNDS = 50
+_MOST_FRAMES = 20_000
+_MOST_ROUNDS = 50
 
 
 def keyframes(takes: Sequence[Floats], count: int) -> Floats:
@@ -31,7 +31,7 @@ def keyframes(takes: Sequence[Floats], count: int) -> Floats:
     HandcleanError
         If there are fewer known frames than keyframes, or fewer that differ.
     """
-    angles = known_frames(takes, _MOST)
+    angles = known_frames(takes, _MOST_FRAMES)
     if len(angles) < count:
         raise HandcleanError(
             f"motion: {len(angles)} frames have all angles, for {count} keyframes; "
@@ -76,7 +76,7 @@ def farthest(angles: Floats, count: int) -> tuple[Ints, float]:
     for n in range(count):
         chosen[n] = start.argmax() if n == 0 else squares[:n].min(axis=0).argmax()
         squares[n] = _square(angles, angles[chosen[n]])
-    for _ in range(_ROUNDS):
+    for _ in range(_MOST_ROUNDS):
         changed = False
         for n in range(count if count > 1 else 0):
             far = np.delete(squares, n, axis=0).min(axis=0)

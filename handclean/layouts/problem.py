@@ -26,8 +26,8 @@ from handclean.layouts.settings import LayoutConfig
 from handclean.layouts.visibility import hidden_share
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
-_STILL = 1e-6  # [rad] a joint that turns less does not move
-_SAMPLES = 200
+_STILL_RAD = 1e-6  # a joint that turns less does not move (chosen: rounding)
+_MOTION_FRAMES = 200  # of the whole motion, for the methods that rank candidates
 _TURNS = ("turn_x", "turn_y", "turn_z")
 _SHIFTS = ("shift_x", "shift_y", "shift_z")
 
@@ -122,7 +122,7 @@ def subspace_of(
         )
     asked = settings.dimensions or None
     prior = learn(takes, names, directions=asked, share=settings.share)
-    varied = int((prior.deviations > _STILL).sum())
+    varied = int((prior.deviations > _STILL_RAD).sum())
     if varied < len(prior.deviations):
         why = f" ({_listed(still)} never move)" if still else ""
         raise HandcleanError(
@@ -136,7 +136,7 @@ def _turns(angles: Floats) -> list[bool]:
     """Whether each of D angles moves."""
     if not len(angles):
         return [False] * angles.shape[1]
-    return [bool(turn > _STILL) for turn in np.ptp(angles, axis=0)]
+    return [bool(turn > _STILL_RAD) for turn in np.ptp(angles, axis=0)]
 
 
 def _listed(names: Sequence[str], most: int = 6) -> str:
@@ -182,7 +182,7 @@ def make_problem(
     if not settings.anchor:
         parts.insert(0, turning[..., :3] * length)
         columns = _SHIFTS + columns
-    spread = _on_tree(tree, names, known_frames(takes, _SAMPLES))
+    spread = _on_tree(tree, names, known_frames(takes, _MOTION_FRAMES))
     problem = Problem(
         model=model,
         columns=columns,

@@ -26,7 +26,7 @@ from handclean.layouts.search import Found, Log, Watch
 from handclean.layouts.settings import LayoutConfig
 from handclean.numerics.subspace import principal_components
 
-_HELD = 0.95
+_VARIANCE_SHARE = 0.95
 
 
 def influence(motion: Floats) -> Floats:
@@ -38,7 +38,7 @@ def influence(motion: Floats) -> Floats:
     """
     frames, count = motion.shape[:2]
     found = principal_components(motion.reshape(frames, 3 * count))
-    kept = int(np.searchsorted(np.cumsum(found.share), _HELD)) + 1
+    kept = int(np.searchsorted(np.cumsum(found.share), _VARIANCE_SHARE)) + 1
     entries = np.abs(found.components[:, :kept]) @ found.deviations[:kept] ** 2
     out: Floats = entries.reshape(count, 3).sum(axis=1)
     return out

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
 
-BLOCK = 20_000
+POINTS_PER_BLOCK = 20_000
 """Points whose neighbourhoods are held at a time."""
 
 
@@ -30,8 +30,8 @@ def plane_normals(points: Floats, count: int = 12) -> Floats:
     expect_shape("points", points, "P", 3)
     _, rows = neighbours(points, count)
     out = np.zeros(points.shape)
-    for start in range(0, len(points), BLOCK):
-        part = slice(start, start + BLOCK)
+    for start in range(0, len(points), POINTS_PER_BLOCK):
+        part = slice(start, start + POINTS_PER_BLOCK)
         around = np.concatenate([points[rows[part]], points[part, None]], axis=1)
         around -= around.mean(axis=1, keepdims=True)
         spread = np.einsum("pni,pnj->pij", around, around)

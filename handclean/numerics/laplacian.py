@@ -18,7 +18,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from handclean.arrays import Floats, Ints, expect_shape
 
-LEAF = 64
+LEAF_UNKNOWNS = 64
 """Unknowns from which on a part of a mesh is not dissected further."""
 
 LEAST_SINE = 1e-6
@@ -141,7 +141,7 @@ class Dissected:
 
 def _dissect(rows: Ints, links: csr_matrix, places: Floats) -> list[int]:
     """Rows in the order of elimination: both sides of a cut, then what links them."""
-    if len(rows) <= LEAF:
+    if len(rows) <= LEAF_UNKNOWNS:
         return list(rows)
     here = places[rows]
     along = here[:, int(np.argmax(np.ptp(here, axis=0)))]

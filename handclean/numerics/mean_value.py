@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
 
-FLAT = 1e-9
+IN_PLANE_SINE = 1e-9
 """Sine of the angle below which a direction counts as in a triangle's plane."""
 
 
@@ -86,7 +86,7 @@ def _of_one(point: Floats, vertices: Floats, faces: Ints) -> Floats:
     rays = vertices - point
     away = np.linalg.norm(rays, axis=1)
     used = away[np.unique(faces)]
-    if used.min() <= FLAT * used.max():
+    if used.min() <= IN_PLANE_SINE * used.max():
         raise HandcleanError("mean value coordinates: the point is a vertex")
     unit = rays / np.where(away > 0.0, away, 1.0)[:, None]
     corner = [unit[faces[:, n]] for n in range(3)]
@@ -98,7 +98,7 @@ def _of_one(point: Floats, vertices: Floats, faces: Ints) -> Floats:
         angles.append(np.arctan2(size, np.einsum("fk,fk->f", j, k)))
         normals.append(across / np.where(size > 0.0, size, 1.0)[:, None])
     height = [np.einsum("fk,fk->f", corner[n], normals[n]) for n in range(3)]
-    flat = np.min(np.abs(height), axis=0) <= FLAT
+    flat = np.min(np.abs(height), axis=0) <= IN_PLANE_SINE
     if (flat & (np.sum(angles, axis=0) > 2.0 * np.pi - 1e-6)).any():
         raise HandcleanError("mean value coordinates: the point lies on a triangle")
     total = np.zeros(len(vertices))

@@ -12,7 +12,7 @@ from handclean.arrays import Bools, Floats, Ints, expect_shape
 from handclean.kernels import boxes as box_kernels
 from handclean.kernels import nearest, rays
 
-_IN_A_LEAF = 4
+_FACES_PER_LEAF = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +60,9 @@ def box_tree(vertices: Floats, faces: Ints) -> BoxTree:
     expect_shape("vertices", vertices, "V", 3)
     expect_shape("faces", faces, "F", 3)
     count = len(faces)
-    depth = max(int(np.log2(count / _IN_A_LEAF)), 0) if count >= _IN_A_LEAF else 0
+    depth = (
+        max(int(np.log2(count / _FACES_PER_LEAF)), 0) if count >= _FACES_PER_LEAF else 0
+    )
     middles = vertices[faces].mean(axis=1)
     order = np.arange(count)
     for level in range(depth):

@@ -6,7 +6,7 @@ import numpy as np
 
 from handclean.arrays import Bytes, Floats, Ints
 from handclean.hand.model import Model
-from handclean.hand.surface import MOST_BONES, Surface, rest_joints
+from handclean.hand.surface import BONES_PER_VERTEX, Surface, rest_joints
 from handclean.report.drawing import skin_colors
 
 RED = (200, 30, 40)
@@ -54,9 +54,9 @@ def with_beads(
     ball, around = sphere(radius)
     homes = rest_joints(markers.tree)[markers.bone] + markers.at
     count, size, first = len(homes), len(ball), len(surface.vertices)
-    bones = np.zeros((count * size, MOST_BONES), dtype=np.int64)
+    bones = np.zeros((count * size, BONES_PER_VERTEX), dtype=np.int64)
     bones[:, 0] = np.repeat(markers.bone, size)
-    weights = np.zeros((count * size, MOST_BONES))
+    weights = np.zeros((count * size, BONES_PER_VERTEX))
     weights[:, 0] = 1.0
     faces = around[None] + first + size * np.arange(count)[:, None, None]
     return replace(

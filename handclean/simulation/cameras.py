@@ -21,21 +21,21 @@ from handclean.numerics.triangles import box_tree, hidden_behind
 from handclean.simulation.people import Person
 from handclean.simulation.scene import Scene
 
-LEAST = 2
+LEAST_CAMERAS = 2
 """Cameras that must see a marker."""
 
-TOUCH = 0.0035
+MERGING_DISTANCE_M = 0.0035
 """[m] markers of 6 mm are one blob in an image when their lines come this close."""
 
-SHADE = 0.0012
+EDGE_SHADE_M = 0.0012
 """[m] a marker this close behind an edge is seen in part, and rejected."""
 
-_OWN = 0.003
+_OWN_SKIN_M = 0.003
 """[m] skin this close to a marker's centre does not hide it: bending may push it in."""
 
-_BLOCK = 100  # frames skinned at a time
+_FRAMES_AT_ONCE = 100  # frames skinned at a time
 
-_USUAL = 6.0  # cameras that see a point on whose number ``noise_m`` is defined
+_NOISE_CAMERAS = 6.0  # cameras that see a point on whose number ``noise_m`` is defined
 
 _BLINKS_PER_S, _BLINK_S = 2.5, 0.04
 
@@ -73,7 +73,7 @@ def seen_by(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Bools:
     """(T, M, C) which cameras see which of (T, M, 3) markers."""
     out = _past_solids(person, scene, markers, rig)
     out &= ~_behind_skin(person, scene.poses, markers, rig)
-    solids.hide_behind_markers(markers, rig.places, TOUCH, out)
+    solids.hide_behind_markers(markers, rig.places, MERGING_DISTANCE_M, out)
     return out
 
 
@@ -92,7 +92,7 @@ def _past_solids(person: Person, scene: Scene, markers: Floats, rig: Rig) -> Boo
     capsules = solids.Capsules(
         start=np.ascontiguousarray(start),
         stop=np.ascontiguousarray(stop),
-        radius=person.flesh.radius[forearm] + SHADE,
+        radius=person.flesh.radius[forearm] + EDGE_SHADE_M,
     )
     objects = solids.Solids(
         frames=placed,
@@ -109,11 +109,16 @@ def _behind_skin(person: Person, poses: Floats, markers: Floats, rig: Rig) -> Bo
     surface = person.surface
     tree = box_tree(surface.vertices, surface.faces)
     blocks = []
-    for first in range(0, len(poses), _BLOCK):
-        part = slice(first, first + _BLOCK)
+    for first in range(0, len(poses), _FRAMES_AT_ONCE):
+        part = slice(first, first + _FRAMES_AT_ONCE)
         skin = posed(surface, person.tree, poses[part])
         hidden = hidden_behind(
-            skin, tree, markers[part], rig.places, skip_m=_OWN, swell_m=SHADE
+            skin,
+            tree,
+            markers[part],
+            rig.places,
+            skip_m=_OWN_SKIN_M,
+            swell_m=EDGE_SHADE_M,
         )
         blocks.append(hidden)
     return np.concatenate(blocks)
@@ -150,7 +155,7 @@ def measured(
     some = np.maximum(count, 1)[:, :, None]
     bias = seen.astype(np.float64) @ rig.errors / some
     own = rng.lognormal(0.0, 0.25, (1, markers.shape[1], 1))
-    white = own * rng.normal(size=markers.shape) * np.sqrt(_USUAL / some)
+    white = own * rng.normal(size=markers.shape) * np.sqrt(_NOISE_CAMERAS / some)
     points: Floats = markers + noise_m * (0.9 * white + bias)
-    points[count < LEAST] = np.nan
+    points[count < LEAST_CAMERAS] = np.nan
     return points

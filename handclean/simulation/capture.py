@@ -63,7 +63,7 @@ def capture(
 
 def _enough(by: Bools) -> Bools:
     """(T, M, 1) whether enough cameras see each marker."""
-    return np.asarray(by.sum(axis=2, keepdims=True) >= cameras.LEAST)
+    return np.asarray(by.sum(axis=2, keepdims=True) >= cameras.LEAST_CAMERAS)
 
 
 def ghost_points(taken: Capture) -> Points:

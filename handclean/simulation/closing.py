@@ -17,7 +17,7 @@ from handclean.kernels import solids
 from handclean.simulation.grasps import Grasp
 from handclean.simulation.people import Person
 from handclean.simulation.seating import (
-    PRESS,
+    PAD_DEPTH_M,
     Solid,
     against_palm,
     between_pads,
@@ -26,13 +26,13 @@ from handclean.simulation.seating import (
     pose_of,
 )
 
-STEPS = 160
+CLOSING_STEPS = 160
 """Steps of a closing movement; one step moves a fingertip by about a millimetre."""
 
-BEYOND = 1.45
+OVERCLOSING = 1.45
 """How far past its closed posture a finger goes when nothing stops it; 1: not."""
 
-TOUCHES = 0.0005
+CONTACT_M = 0.0005
 """[m] what is this close to the object touches it."""
 
 
@@ -42,7 +42,8 @@ class Closing:
 
     Attributes
     ----------
-    path : (STEPS + 1, D) [rad] all angles while the fingers close; the last row holds.
+    path : (CLOSING_STEPS + 1, D) [rad] all angles while the fingers close; the last
+        row holds.
     solid : the object in the hand's frame.
     touching : names of the bones that touch it in the end.
     near : names of those within 15 mm of it.
@@ -122,7 +123,7 @@ def _close_on(
     Joints of a finger share its pace only roughly.
     """
     pace = rng.lognormal(0.0, 0.2, len(opened))
-    path = np.tile(opened, (STEPS + 1, 1))
+    path = np.tile(opened, (CLOSING_STEPS + 1, 1))
     angles = opened.copy()
     for finger in (*FINGERS[1:], FINGERS[0]):
         hinges = np.array(
@@ -139,9 +140,9 @@ def _close_on(
     gaps = gaps_to(person, pose, solid, everything)
     touching, near = (
         tuple(sorted({person.tree.bones[b] for b in person.flesh.bone[everything[k]]}))
-        for k in (gaps < TOUCHES, gaps < 0.015)
+        for k in (gaps < CONTACT_M, gaps < 0.015)
     )
-    if len(touching) < 2 or gaps.min() < -2.0 * PRESS:
+    if len(touching) < 2 or gaps.min() < -2.0 * PAD_DEPTH_M:
         return None
     return Closing(
         path=path,
@@ -160,7 +161,12 @@ def _close_finger(
     finger: str,
     hinges: Ints,
 ) -> Floats | None:
-    """(STEPS + 1, 4) [rad] one finger while it closes; None if it starts inside."""
+    """One finger while it closes, or None if it starts inside.
+
+    Returns
+    -------
+    (CLOSING_STEPS + 1, 4) [rad]
+    """
     tree, flesh = person.tree, person.flesh
     own = np.array(
         [k for k, b in enumerate(flesh.bone) if tree.bones[b].startswith(finger)]
@@ -179,10 +185,10 @@ def _close_finger(
         return None
     here = angles.copy()
     here[hinges] = start
-    step = (closed[hinges] - start) * (BEYOND / STEPS)
+    step = (closed[hinges] - start) * (OVERCLOSING / CLOSING_STEPS)
     moving = np.ones(len(hinges), dtype=bool)
     track = [start]
-    for _ in range(STEPS):
+    for _ in range(CLOSING_STEPS):
         if moving.any():
             _advance(person, solid, here, hinges, step, moving, own, blocks)
             here[hinges] = np.clip(here[hinges], low, high)
@@ -220,7 +226,7 @@ def _advance(
     while moving.any():
         here[hinges] = before + np.where(moving, step, 0.0)
         clear = _clearance(person, solid, here, own, blocks)
-        touched = np.flatnonzero(clear < -PRESS)
+        touched = np.flatnonzero(clear < -PAD_DEPTH_M)
         # a segment only counts if a joint that carries it still moves
         stopped = [k for k in touched if moving[: k + 2].any()]
         if not stopped:

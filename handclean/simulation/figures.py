@@ -16,7 +16,7 @@ from handclean.numerics.subspace import principal_components
 
 PAVLLO_S, PAVLLO_SHARE = 0.36, 0.90
 
-PERCENTS = (50.0, 90.0, 95.0, 99.0, 99.9)
+PERCENTILES = (50.0, 90.0, 95.0, 99.0, 99.9)
 
 _SPAN_S = 0.025  # speeds are means over this time, so that noise is no speed
 
@@ -29,7 +29,7 @@ class MotionFigures:
     ----------
     shares : (D,) variance the first 1, 2, ... directions hold, over all takes.
     within : (D,) the same of what varies within takes, their means taken off.
-    speeds : (5,) [rad/s] percentiles `PERCENTS` of the size of all angles' speeds.
+    speeds : (5,) [rad/s] percentiles `PERCENTILES` of the size of all angles' speeds.
     """
 
     shares: Floats
@@ -53,7 +53,7 @@ def motion_figures(takes: Sequence[Floats], rate_hz: float) -> MotionFigures:
     return MotionFigures(
         shares=np.cumsum(principal_components(np.concatenate(known)).share),
         within=np.cumsum(principal_components(np.concatenate(centred)).share),
-        speeds=np.percentile(speeds[np.isfinite(speeds)], PERCENTS),
+        speeds=np.percentile(speeds[np.isfinite(speeds)], PERCENTILES),
     )
 
 
@@ -115,7 +115,7 @@ def motion_table(columns: dict[str, MotionFigures]) -> str:
         for k in (1, 2, 3, 4, 6, 8, 10):
             share = [f"{getattr(f, name)[k - 1]:.1%}" for f in columns.values()]
             rows.append([f"variance in {k} of D directions, {said}", *share])
-    for n, percent in enumerate(PERCENTS):
+    for n, percent in enumerate(PERCENTILES):
         speed = [f"{np.degrees(f.speeds[n]):.0f}" for f in columns.values()]
         rows.append([f"angle speed, {percent:g} % slower [degrees/s]", *speed])
     return _markdown(rows)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, runs
+from handclean.numerics.rotations import rotated
 from handclean.simulation.losses import first_frames
 
 _LASTS_S = 0.025  # mean life of a short-lived ghost
@@ -124,7 +125,7 @@ def _beside(
     drift = np.cumsum(rng.normal(0.0, 4e-5, (life, 3)), axis=0)
     span = slice(start, start + life)
     local = away + drift
-    points = markers[span, marker] + np.einsum("tij,tj->ti", turns[span, marker], local)
+    points = markers[span, marker] + rotated(turns[span, marker], local)
     points = points + rng.normal(0.0, 1.5 * max(noise_m, 1e-5), points.shape)
     return Ghost(
         start=start,

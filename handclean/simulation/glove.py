@@ -25,22 +25,22 @@ from handclean.simulation.glove_sensors import (
 )
 from handclean.simulation.settings import SimulateConfig
 
-RATE = 60.0
+RATE_HZ = 60.0
 """[Hz] frames per second, where the settings have that of cameras."""
 
-TRAINED = ("flat", "spread", "fist", "overbend")
+CALIBRATION_POSES = ("flat", "spread", "fist", "overbend")
 """Key poses of a calibration (figure 4)."""
 
-MORE = ("half", "thumb-hook", "thumb-bend", "thumb-across")
+FURTHER_POSES = ("half", "thumb-hook", "thumb-bend", "thumb-across")
 """Further ones, of a bend half way and of the thumb's joints one by one."""
 
-AGAIN = ("flat", "fist")
+REFIT_POSES = ("flat", "fist")
 """Poses that tell how the glove sits this time."""
 
-SHOWN = (*TRAINED, "thumb-up", "pointing", "pinky-up", "rest", "ok")
+TEST_POSES = (*CALIBRATION_POSES, "thumb-up", "pointing", "pinky-up", "rest", "ok")
 """Poses of the tests (table 3)."""
 
-HOLDS: Mapping[str, tuple[tuple[str, float], tuple[int, ...]]] = {
+WIDGETS: Mapping[str, tuple[tuple[str, float], tuple[int, ...]]] = {
     "index_middle_abduction": (("index_mcp_abduction", 1.0), (0, 10, 20, 30)),
     "middle_ring_abduction": (("ring_mcp_abduction", -1.0), (0, 10, 20)),
     "ring_little_abduction": (("little_mcp_abduction", -1.0), (0, 10, 20, 30)),
@@ -50,7 +50,7 @@ HOLDS: Mapping[str, tuple[tuple[str, float], tuple[int, ...]]] = {
 }
 """Rotations that widgets hold: the hinge that takes them, and the angles [degrees]."""
 
-UNSEEN = {"index_middle_abduction": (0, 25)}
+TEST_WIDGETS = {"index_middle_abduction": (0, 25)}
 """Widgets of the tests (figure 11)."""
 
 _PAIRS = (("I_MCP", "M_MCP"), ("M_MCP", "R_MCP"), ("R_MCP", "P_MCP"))
@@ -114,20 +114,26 @@ def _numbered(glove: str, wearings: int) -> list[tuple[int, str]]:
     felt = {hinge for sensor in sensors_of(glove) for hinge in sensor.measures}
     names = [sensor.name for sensor in sensors_of(glove)]
     alone = [s.name for s in sensors_of(glove) if s.measures]
-    out = [f"w1/pose-{pose}-{n}" for pose in (*TRAINED, *MORE) for n in (1, 2)]
-    out += [f"w1/hold-{rot}{a:+d}" for rot, (_, at) in HOLDS.items() for a in at]
+    out = [
+        f"w1/pose-{pose}-{n}"
+        for pose in (*CALIBRATION_POSES, *FURTHER_POSES)
+        for n in (1, 2)
+    ]
+    out += [f"w1/hold-{rot}{a:+d}" for rot, (_, at) in WIDGETS.items() for a in at]
     out += [f"w1/touch-thumb-{finger}" for finger in motions.LONG]
     out += [f"w1/free-{name}" for name in alone]
     out += [f"w1/free-{a}+{b}" for a, b in _PAIRS if a in names]
     out.append("w1/markers")
     for w in range(2, wearings + 1):
-        out += [f"w{w}/pose-{pose}-1" for pose in SHOWN]
-        out += [f"w{w}/hold-{rot}{a:+d}" for rot, at in UNSEEN.items() for a in at]
+        out += [f"w{w}/pose-{pose}-1" for pose in TEST_POSES]
+        out += [
+            f"w{w}/hold-{rot}{a:+d}" for rot, at in TEST_WIDGETS.items() for a in at
+        ]
         out += [f"w{w}/touch-thumb-{finger}" for finger in motions.LONG]
         out.append(f"w{w}/motion")
-        out += [f"w{w}/pose-{pose}-2" for pose in AGAIN]
+        out += [f"w{w}/pose-{pose}-2" for pose in REFIT_POSES]
         out += [f"w{w}/pinch-thumb-{finger}" for finger in ("index", "little")]
-    idle = {rot for rot, ((hinge, _), _) in HOLDS.items() if hinge not in felt}
+    idle = {rot for rot, ((hinge, _), _) in WIDGETS.items() if hinge not in felt}
     return [(k, name) for k, name in enumerate(out) if _held(name) not in idle]
 
 
@@ -193,14 +199,14 @@ def _take(
         "free": 6.0,
         "markers": 25.0,
     }
-    times = np.arange(round(lasts.get(kind, 20.0) * RATE)) / RATE
+    times = np.arange(round(lasts.get(kind, 20.0) * RATE_HZ)) / RATE_HZ
     moved: tuple[str, ...] = ()
     late = 0.0
     if kind == "pose":
         angles = motions.held(wearer, poses[rest.rpartition("-")[0]], times, rng)
     elif kind == "hold":
         at = max(rest.rfind("+"), rest.rfind("-"))
-        (hinge, sign), _ = HOLDS[rest[:at]]
+        (hinge, sign), _ = WIDGETS[rest[:at]]
         angle = sign * np.radians(float(rest[at:]))
         free = motions.free(wearer, times, rng)
         if hinge == "little_mcp_abduction":  # held against the ring finger

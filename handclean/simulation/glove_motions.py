@@ -19,7 +19,7 @@ from handclean.tree import POSE_HEAD, JointTree
 
 LONG = FINGERS[1:]
 
-_CALM = np.radians(0.25)
+_TREMOR_RAD = np.radians(0.25)
 """[rad] how much a joint trembles that is held still."""
 
 _FREE = {  # [degrees] low, high of free movement
@@ -132,7 +132,7 @@ def held(
     names = wearer.tree.hinges
     angles = np.array([pose.get(name, 0.0) for name in names])
     angles = angles + rng.normal(0.0, wearer.sloppy, len(names))
-    still = shaking(times, 0.0, 8.0, _CALM, len(names), rng)
+    still = shaking(times, 0.0, 8.0, _TREMOR_RAD, len(names), rng)
     return follow(wearer, angles + still)
 
 
@@ -158,7 +158,7 @@ def moving(
             if k % 3 == 0:  # back to rest now and then
                 share = -low / (high - low) if high > 0.0 else 1.0
             keys[k, names.index(hinge)] = low + share * (high - low)
-    still = shaking(times, 0.0, 8.0, _CALM, len(names), rng)
+    still = shaking(times, 0.0, 8.0, _TREMOR_RAD, len(names), rng)
     angles = _through(times, starts, keys) + still
     out = follow(wearer, angles)
     for hinge in hinges:  # a DIP alone is bent by the other hand

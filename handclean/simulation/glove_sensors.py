@@ -19,10 +19,10 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.errors import UnknownNameError
 
-NOISE_SD, NOISE_MOST = np.radians(1.42), np.radians(3.0)
+NOISE_SD_RAD, MOST_NOISE_RAD = np.radians(1.42), np.radians(3.0)
 """[rad] normal, cut off: 1.1 degrees in the mean."""
 
-FULL = 255.0
+LARGEST_READING = 255.0
 """Readings are whole numbers from 0 to this."""
 
 
@@ -77,7 +77,7 @@ _STRETCH: dict[str, tuple[tuple[tuple[str, float], ...], float]] = {
         -0.4,
     ),
 }  # fmt: skip
-_SLIGHT = 0.06
+_MOST_SIDE_STRETCH = 0.06
 """Most that a neighbour of no account stretches a sensor."""
 
 
@@ -195,11 +195,11 @@ class Hardware:
         low = np.array([sensor.low for sensor in self.sensors])
         measuring = np.array([bool(sensor.measures) for sensor in self.sensors])
         if rng is not None:
-            noise = rng.normal(0.0, NOISE_SD, rotation.shape)
-            again = np.abs(noise) > NOISE_MOST
+            noise = rng.normal(0.0, NOISE_SD_RAD, rotation.shape)
+            again = np.abs(noise) > MOST_NOISE_RAD
             while again.any():
-                noise[again] = rng.normal(0.0, NOISE_SD, int(again.sum()))
-                again = np.abs(noise) > NOISE_MOST
+                noise[again] = rng.normal(0.0, NOISE_SD_RAD, int(again.sum()))
+                again = np.abs(noise) > MOST_NOISE_RAD
         else:
             noise = np.zeros_like(rotation)
         share = (rotation - low) / size
@@ -208,7 +208,7 @@ class Hardware:
         noisy = share + noise / size
         value = np.where(measuring, self._curve(noisy), noise / size) + stretch
         out: Floats = self.zero + self.span * value
-        return out if rng is None else np.clip(np.rint(out), 0.0, FULL)
+        return out if rng is None else np.clip(np.rint(out), 0.0, LARGEST_READING)
 
     def _curve(self, share: Floats) -> Floats:
         ends = [np.tanh(self.steep * (u - self.middle)) for u in (0.0, 1.0)]
@@ -256,7 +256,7 @@ def make_hardware(glove: str, rng: np.random.Generator) -> Hardware:
         known = {sensor.name} | {name for name, _ in sensor.stretched}
         for t in (s - 1, s + 1):
             if 0 <= t < count and sensors[t].name not in known and sensor.measures:
-                slight[s, t] = rng.uniform(-_SLIGHT, _SLIGHT)
+                slight[s, t] = rng.uniform(-_MOST_SIDE_STRETCH, _MOST_SIDE_STRETCH)
     room = np.array([_room(sensor) for sensor in sensors])
     span = rng.uniform(150.0, 175.0, count) / (1.0 + room)
     return Hardware(

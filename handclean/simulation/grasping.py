@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from handclean.arrays import Floats
 from handclean.errors import HandcleanError
 from handclean.kernels.solids import CYLINDER
-from handclean.simulation.closing import STEPS, Closing, close
+from handclean.simulation.closing import CLOSING_STEPS, Closing, close
 from handclean.simulation.grasps import GRASPS, REST, Grasp
 from handclean.simulation.people import Person
 from handclean.simulation.protocol import Plan, draw_plan, in_the_air, phases, ramp
@@ -25,11 +25,11 @@ from handclean.simulation.scene import (
 )
 from handclean.simulation.timing import fidget, movement, staggered
 
-_TRIES = 40
+_MOST_TRIES = 40
 _WAYS = 8  # ways to the object tried out to find one that does not lead through it
-_GRAZE = -0.0025  # [m] depth at which a way leads through the object
+_GRAZE_M = -0.0025  # [m] depth at which a way leads through the object
 
-_IDLE = np.radians(4.0)
+_IDLE_SD_RAD = np.radians(4.0)
 """[rad] how much fingers that hold nothing move about; standard deviation."""
 
 
@@ -63,7 +63,7 @@ def grasp_scene(
         least = float(gaps.min()) if len(gaps) else 0.0
         if least > clear:
             best, clear = scene, least
-        if clear > _GRAZE:
+        if clear > _GRAZE_M:
             break
     assert best is not None
     return best
@@ -80,9 +80,9 @@ def _draw_grasp(
 ) -> tuple[str, Closing]:
     known = names or tuple(GRASPS)
     first = known[rng.integers(len(known))]
-    for attempt in range(_TRIES):
+    for attempt in range(_MOST_TRIES):
         # hold on to the class drawn first, so that the hard ones do not get rare
-        name = first if attempt < _TRIES // 2 else known[rng.integers(len(known))]
+        name = first if attempt < _MOST_TRIES // 2 else known[rng.integers(len(known))]
         held = close(person, GRASPS[name], rng)
         if held is not None:
             return name, held
@@ -166,7 +166,7 @@ def _idle(times: Floats, plan: Plan, held: Closing, names: tuple[str, ...]) -> F
     holding = {bone.split("_")[0] for bone in held.near}
     held_still = np.array([name.split("_")[0] in holding for name in names])
     free: Floats = (up - down)[:, None] * (1.0 - grip[:, None] * held_still)
-    return np.asarray(_IDLE * free)
+    return np.asarray(_IDLE_SD_RAD * free)
 
 
 def _along(
@@ -189,7 +189,9 @@ def _along(
         begin = plan.closing + lasts * min(abs(rng.normal(0.0, 0.1)), 0.3)
         share = movement(times, begin, plan.closed - begin, rng)
         for d in own:
-            out[:, d] = np.interp(share * stop, np.arange(STEPS + 1), path[:, d])
+            out[:, d] = np.interp(
+                share * stop, np.arange(CLOSING_STEPS + 1), path[:, d]
+            )
     return out
 
 

@@ -22,6 +22,7 @@ from handclean.hand.skinning import OnSkin, lifted
 from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import FINGERS, bone_frame, distal_length, template
 from handclean.hand.template_surface import template_surface
+from handclean.numerics.rotations import rotated
 from handclean.numerics.triangles import closest
 from handclean.simulation.flesh import Flesh, clothe
 from handclean.tree import JointTree
@@ -70,7 +71,7 @@ class Person:
 def make_person(
     name: str, marker_set: MarkerSet, rng: np.random.Generator, slide: float = 1.0
 ) -> Person:
-    """Draw a subject wearing a marker set.
+    """Draw a subject with a marker set.
 
     Parameters
     ----------
@@ -237,7 +238,7 @@ def true_markers(person: Person, poses: Floats) -> Floats:
     slid = np.einsum("td,mdi->tmi", poses[:, 7:], person.skin)
     turns = bone_rotations(person.tree, poses)[:, bones]
     places = marker_positions(person.markers, poses)
-    out: Floats = places + np.einsum("tmij,tmj->tmi", turns, slid)
+    out: Floats = places + rotated(turns, slid)
     return out
 
 

@@ -12,7 +12,7 @@ from handclean.kernels import solids
 from handclean.simulation.grasps import Grasp
 from handclean.simulation.people import Person
 
-PRESS = 0.0006
+PAD_DEPTH_M = 0.0006
 """[m] how deep a segment sinks into its own pad when it touches."""
 
 _ROOTS = tuple(f"{finger}_proximal" for finger in FINGERS[1:])
@@ -158,7 +158,7 @@ def against_palm(
         if gap < 1e-4 or frame[2, 3] > -0.005:
             break
         frame[2, 3] += gap
-    frame[2, 3] += PRESS
+    frame[2, 3] += PAD_DEPTH_M
     return Solid(kind=grasp.kind, size=size, frame=frame)
 
 

@@ -41,12 +41,13 @@ from handclean.subject.shape import Expectation, PosePrior, Shape, pose_numbers,
 MEDIAN_OF_NORMS = 1.5382
 """Median length of a vector of three independent standard normal numbers."""
 
-ENOUGH = 0.1
+LEAST_COST_STEP = 0.1
 """A step that lowers the cost by less moves no number of the shape by more than about a
-third of its standard deviation."""
+third of its standard deviation (derived: a quadratic cost of that height)."""
 
-LEAST_NOISE_M = 1e-5
-"""[m] residuals are never taken to be smaller: no marker is placed better."""
+NOISE_FLOOR_M = 1e-5
+"""Noise is never taken to be smaller: no marker is placed better (chosen; simulated
+hands come to 0.1 mm)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,13 +144,26 @@ def residuals(model: Model, poses: Floats, targets: Floats, seen: Bools) -> Floa
     return np.where(seen, distance, np.nan)
 
 
-def noise(distance: Floats, numbers: int) -> float:
-    """[m] noise of a marker, each way, from residuals left by ``numbers`` unknowns."""
+def marker_noise(
+    distance: Floats, numbers: int, floor_m: float = NOISE_FLOOR_M
+) -> float:
+    """[m] noise of a marker along each axis, from residuals.
+
+    Their median length is compared with that of normal numbers, which a few mislabelled
+    markers do not disturb; fitted numbers have taken up a part of the noise.
+
+    Parameters
+    ----------
+    distance : [m] lengths of the residuals, NaN where a marker was not seen; some
+        should be finite.
+    numbers : how many unknowns were fitted to them.
+    floor_m : [m] the least that is returned.
+    """
     seen = distance[np.isfinite(distance)]
     measured = 3 * len(seen)
     free = max(measured - numbers, 0.1 * measured)
     middle = float(np.median(seen))
-    return max(middle / MEDIAN_OF_NORMS * math.sqrt(measured / free), LEAST_NOISE_M)
+    return max(middle / MEDIAN_OF_NORMS * math.sqrt(measured / free), floor_m)
 
 
 def adjust(
@@ -178,7 +192,7 @@ def adjust(
         shape, poses, used = _settle(problem, shape, poses, weights, left, 1e-4)
         tried += used
         left_over = residuals(shape.model, poses, problem.targets, problem.seen)
-        found = max(noise(left_over, numbers), problem.camera_m)
+        found = max(marker_noise(left_over, numbers), problem.camera_m)
         settled = 0.95 < found / sigma_m < 1.03
         sigma_m = max(found, 0.3 * sigma_m)
     weights = problem.weighed(sigma_m)
@@ -220,7 +234,7 @@ def _settle(
         moved = equations.followed(poses, step)
         after = _cost(problem, there, moved, weights)
         if after <= cost:
-            still = cost - after < max(enough * cost, ENOUGH * weights.prior)
+            still = cost - after < max(enough * cost, LEAST_COST_STEP * weights.prior)
             shape, poses, cost = there, moved, after
             damping = max(0.2 * damping, 1e-8)
         else:

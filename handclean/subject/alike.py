@@ -17,10 +17,10 @@ from handclean.arrays import Floats, Ints
 from handclean.hand.model import Model
 from handclean.subject.frames import LEAST_FRAMES, Frames
 
-DIFFER_M = 0.0015
+DIFFERENT_RMS_M = 0.0015
 """[m] RMS difference of distances from which on takes are called different."""
 
-SLIDING = 2.0
+DIFFERENT_SPREADS = 2.0
 """And how many times more than the distances vary within takes."""
 
 
@@ -50,7 +50,7 @@ def words_on_takes(model: Model, frames: Frames) -> list[str]:
             continue
         rms = float(np.sqrt(np.mean(away[both] ** 2)))
         varies = float(np.sqrt(np.mean(np.fmax(other[1], first[1])[both] ** 2)))
-        if rms < max(DIFFER_M, SLIDING * varies):
+        if rms < max(DIFFERENT_RMS_M, DIFFERENT_SPREADS * varies):
             continue
         worst = int(np.nanargmax(np.abs(away)))
         a, b = (model.labels[m] for m in pairs[worst])

@@ -38,23 +38,23 @@ from handclean.subject.frames import (
 )
 from handclean.subject.judge import Fit, HeldOut
 from handclean.subject.settings import CalibrateConfig
-from handclean.subject.shape import SIZES, Expectation, Shape, tilt_sigmas
+from handclean.subject.shape import SIZE_NUMBERS, Expectation, Shape, tilt_sigmas
 from handclean.subject.start import first_poses, guess, loose, scaled
 from handclean.tree import POSE_HEAD
 
 GUESS_FRAMES = 12
 """Frames that size and side are guessed from."""
 
-CANDIDATES = 1200
+MOST_CANDIDATE_FRAMES = 1200
 """Frames that are looked at when frames are chosen, and when errors are measured."""
 
-LEAST_CLEAN = 0.3
+LEAST_CLEAN_SHARE = 0.3
 """Share of the candidates that must fit well for the others to be left out."""
 
-HELD_RAD = 0.005
+STILL_AXIS_TILT_SD_RAD = 0.005
 """[rad] how far the axis of a joint that hardly moved may tilt."""
 
-KNOWN = Expectation(
+SCANNED_HAND = Expectation(
     length=0.03,
     joint_m=0.001,
     knuckle_m=0.002,
@@ -64,7 +64,7 @@ KNOWN = Expectation(
 )
 """How far a hand may be from what a scan told of it."""
 
-START_M = 0.005
+START_NOISE_M = 0.005
 """[m] noise the first adjustment starts with: the template is not better than that."""
 
 
@@ -121,11 +121,11 @@ def calibrate(
         settings=settings,
     )
     aside = kept_aside(frames, settings.holdout, settings.block_s)
-    start = Shape(model=task.template, sizes=np.ones(SIZES))
+    start = Shape(model=task.template, sizes=np.ones(SIZE_NUMBERS))
     learned = task.learn(frames.only(~aside), start)
     judged = frames.only(aside)
     heldout = judge.held_out(
-        learned.adjusted.known, judged.only(thinned(judged, CANDIDATES))
+        learned.adjusted.known, judged.only(thinned(judged, MOST_CANDIDATE_FRAMES))
     )
     if aside.any():
         learned = task.learn(frames, learned.adjusted.shape)
@@ -158,7 +158,7 @@ def measure(subject: Subject, takes: Sequence[Recording]) -> HeldOut:
         If too few frames hold enough markers.
     """
     frames = usable(gather(takes, subject.model.labels))
-    expected = loose(subject.model).times(1.0 / CANDIDATES)
+    expected = loose(subject.model).times(1.0 / MOST_CANDIDATE_FRAMES)
     sigma_m = subject.errors["noise_m"]
     known = Known(
         model=subject.model,
@@ -166,7 +166,7 @@ def measure(subject: Subject, takes: Sequence[Recording]) -> HeldOut:
         soft=(CalibrateConfig.robust * sigma_m) ** -2,
         pose_prior=expected,
     )
-    return judge.held_out(known, frames.only(thinned(frames, CANDIDATES)))
+    return judge.held_out(known, frames.only(thinned(frames, MOST_CANDIDATE_FRAMES)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,7 +202,7 @@ class _Task:
 
     def problem(self, frames: Frames) -> Problem:
         """Return the adjustment of the hand over these frames."""
-        expect = KNOWN
+        expect = SCANNED_HAND
         if not self.closely:
             expect = Expectation(
                 length=self.settings.length,
@@ -223,10 +223,10 @@ class _Task:
 
     def learn(self, frames: Frames, shape: Shape) -> _Learned:
         """Choose frames and adjust the hand over them, starting from ``shape``."""
-        candidates = frames.only(thinned(frames, CANDIDATES))
+        candidates = frames.only(thinned(frames, MOST_CANDIDATE_FRAMES))
         some = candidates.only(thinned(candidates, self.settings.frames // 2))
         poses, _ = first_poses(shape.model, some.targets, some.seen)
-        rough = adjust(self.problem(some), shape, poses, START_M, final=False)
+        rough = adjust(self.problem(some), shape, poses, START_NOISE_M, final=False)
         fits = judge.fit(rough.known, candidates)
         rows = self.chosen(rough.shape.model, fits)
         problem = self.problem(candidates.only(rows))
@@ -238,7 +238,7 @@ class _Task:
         left = judge.unmoved(went, self.settings.moved_rad)
         left &= judge.unlearnt(problem, final)
         if left.any():
-            held = np.where(left, HELD_RAD, problem.tilt_rad)
+            held = np.where(left, STILL_AXIS_TILT_SD_RAD, problem.tilt_rad)
             problem = replace(problem, tilt_rad=held)
             sigma_m = final.known.sigma_m
             final = adjust(problem, final.shape, final.poses, sigma_m)
@@ -261,7 +261,7 @@ class _Task:
         Frames with a doubtful sample are left out, unless most are like that.
         """
         rows = np.flatnonzero(fits.clean)
-        if len(rows) < max(LEAST_FRAMES, LEAST_CLEAN * len(fits.clean)):
+        if len(rows) < max(LEAST_FRAMES, LEAST_CLEAN_SHARE * len(fits.clean)):
             rows = np.arange(len(fits.clean))
         still = fits.poses[rows]
         still[:, :POSE_HEAD] = neutral_pose(model.tree)[:POSE_HEAD]

@@ -11,7 +11,7 @@ from handclean.subject.judge import Fit
 from handclean.tree import ROOT_DOFS, JointTree
 
 NOISY_M = 0.001
-"""[m] noise from which on it is worth a word."""
+"""[m] noise from which on it is remarked on."""
 
 
 @dataclass(frozen=True, kw_only=True)

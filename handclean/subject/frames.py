@@ -22,10 +22,10 @@ from handclean.recording import Numbering, Recording
 LEAST_FRAMES = 10
 """Fewer frames with enough markers are no range-of-motion take."""
 
-LEAST_SHARE = 0.6
+LEAST_MARKER_SHARE = 0.6
 """Share of a set's markers a frame needs to be of use."""
 
-_FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+_FOURTH_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +110,7 @@ def usable(frames: Frames) -> Frames:
         If there are too few.
     """
     markers = frames.seen.shape[1]
-    least = max(ceil(LEAST_SHARE * markers), min(4, markers))
+    least = max(ceil(LEAST_MARKER_SHARE * markers), min(4, markers))
     enough = frames.only(frames.seen.sum(axis=1) >= least)
     if len(enough) < LEAST_FRAMES:
         raise HandcleanError(
@@ -184,17 +184,17 @@ def camera_noise(frames: Frames) -> float:
         edges = [0, *breaks.tolist(), len(rows)]
         for start, stop in pairwise(edges):
             run = rows[start:stop]
-            if len(run) < len(_FOURTH):
+            if len(run) < len(_FOURTH_DIFFERENCE):
                 continue
-            last = len(run) - len(_FOURTH) + 1
-            windows = [run[k : k + last] for k in range(len(_FOURTH))]
+            last = len(run) - len(_FOURTH_DIFFERENCE) + 1
+            windows = [run[k : k + last] for k in range(len(_FOURTH_DIFFERENCE))]
             there = np.all([frames.seen[window] for window in windows], axis=0)
             change = sum(
                 weight * frames.targets[window]
-                for weight, window in zip(_FOURTH, windows, strict=True)
+                for weight, window in zip(_FOURTH_DIFFERENCE, windows, strict=True)
             )
             found.append(np.abs(np.asarray(change)[there]).ravel())
     every = np.concatenate(found) if found else np.zeros(0)
     if len(every) == 0:
         return 0.0
-    return float(np.median(every) / 0.67449 / np.sqrt(np.sum(_FOURTH**2)))
+    return float(np.median(every) / 0.67449 / np.sqrt(np.sum(_FOURTH_DIFFERENCE**2)))

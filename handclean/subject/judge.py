@@ -18,17 +18,17 @@ from handclean.subject.shape import sections
 from handclean.subject.start import OUTLIER_M, first_poses, fitted
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
-DOUBT_M = 0.005
+DOUBTFUL_M = 0.005
 """[m] and more than the loss' constant: a sample so far off is called doubtful."""
 
-LITTLE_LEARNT = 0.8
+UNLEARNT_TILT_SD_SHARE = 0.8
 """A tilt whose standard deviation is more than this part of the prior's was not
 learnt."""
 
-RANGE_OF_NOISE = 4.65
+NORMAL_RANGE_SD = 4.65
 """Standard deviations between the first and the last hundredth of normal numbers."""
 
-WIDER_RAD = 0.03
+LIMIT_MARGIN_RAD = 0.03
 """[rad] by which limits go beyond the range of a joint that went beyond them."""
 
 
@@ -78,7 +78,7 @@ def fit(known: Known, frames: Frames) -> Fit:
     for scale in (first, np.sqrt(first * last), last):
         poses = fitted(model, expected, poses, targets, seen, sigma_m, scale**-2)
     distance = residuals(model, poses, targets, seen)
-    doubtful = np.nan_to_num(distance) > max(last, DOUBT_M)
+    doubtful = np.nan_to_num(distance) > max(last, DOUBTFUL_M)
     return Fit(poses=poses, distance=distance, doubtful=doubtful)
 
 
@@ -167,7 +167,7 @@ def ranges(known: Known, fits: Fit, frames: Frames) -> Floats:
         there = seen[:, d]
         if there.sum() >= LEAST_FRAMES:
             low, high = np.percentile(angles[there, d], [1.0, 99.0])
-            added = RANGE_OF_NOISE * float(np.median(sigma[there, d]))
+            added = NORMAL_RANGE_SD * float(np.median(sigma[there, d]))
             width = np.sqrt(max((high - low) ** 2 - added**2, 0.0))
             out[d] = 0.5 * (low + high) + 0.5 * width * np.array([-1.0, 1.0])
     return out
@@ -194,7 +194,7 @@ def unlearnt(problem: Problem, adjusted: Adjusted) -> Bools:
     start, count = sections(problem.template)[:2]
     spread = np.diag(adjusted.covariance)[start : start + count].reshape(-1, 2)
     known = np.sqrt(spread.mean(axis=1)) / problem.tilt_rad
-    return np.asarray(known > LITTLE_LEARNT)
+    return np.asarray(known > UNLEARNT_TILT_SD_SHARE)
 
 
 def unmoved(went: Floats, moved_rad: float) -> Bools:
@@ -204,8 +204,8 @@ def unmoved(went: Floats, moved_rad: float) -> Bools:
 
 def widened(tree: JointTree, went: Floats) -> Floats:
     """(D, 2) [rad] the tree's limits, wider where the hand went beyond them."""
-    low = np.fmin(tree.limits[:, 0], went[:, 0] - WIDER_RAD)
-    high = np.fmax(tree.limits[:, 1], went[:, 1] + WIDER_RAD)
+    low = np.fmin(tree.limits[:, 0], went[:, 0] - LIMIT_MARGIN_RAD)
+    high = np.fmax(tree.limits[:, 1], went[:, 1] + LIMIT_MARGIN_RAD)
     return np.column_stack(
         [
             np.where(went[:, 0] < tree.limits[:, 0], low, tree.limits[:, 0]),

@@ -28,7 +28,7 @@ from handclean.kernels.bundle import Body, PoseBounds
 from handclean.kernels.shape import Packing
 from handclean.tree import ROOT_DOFS
 
-SIZES = 2
+SIZE_NUMBERS = 2
 """Numbers at the end of a shape: the size lengthwise and across the hand."""
 
 
@@ -83,7 +83,12 @@ class Shape:
 def sections(model: Model) -> tuple[int, int, int, int]:
     """How many numbers of a shape are offsets, tilts, places and sizes."""
     tree = model.tree
-    return 3 * len(tree.bones) - 3, 2 * len(tree.hinges), 3 * len(model.labels), SIZES
+    return (
+        3 * len(tree.bones) - 3,
+        2 * len(tree.hinges),
+        3 * len(model.labels),
+        SIZE_NUMBERS,
+    )
 
 
 def tangents(axes: Floats) -> Floats:
@@ -193,7 +198,7 @@ def expected_offsets(model: Model, sizes: Floats) -> tuple[Floats, Floats]:
     with its breadth.
     """
     offsets, first = model.tree.offsets[1:], model.tree.parents[1:] == 0
-    by_size = np.zeros((len(offsets), 3, SIZES))
+    by_size = np.zeros((len(offsets), 3, SIZE_NUMBERS))
     by_size[:, :, 0] = offsets
     by_size[first, 0, 0] = by_size[first, 2, 0] = 0.0
     by_size[first, 0, 1] = offsets[first, 0]
@@ -246,7 +251,7 @@ def prior(
     tilts = (tree.axes - template.tree.axes) / tilt_rad[:, None]
     places = (model.at - shape.sizes[0] * template.at) / expect.place_m
     sizes = (shape.sizes - 1.0) / expect.size
-    rows = np.zeros((len(joints) + tilts.size + places.size + SIZES, at[-1]))
+    rows = np.zeros((len(joints) + tilts.size + places.size + SIZE_NUMBERS, at[-1]))
     for b, root in enumerate(roots):
         rows[3 * b : 3 * b + 3, 3 * b : 3 * b + 3] = root
         rows[3 * b : 3 * b + 3, at[3] :] = -root @ by_size[b]
@@ -260,9 +265,9 @@ def prior(
     span = np.arange(places.size)
     rows[start + span, at[2] + span] = 1.0 / expect.place_m
     rows[start + span, at[3]] = -template.at.ravel() / expect.place_m
-    rows[start + places.size + np.arange(SIZES), at[3] + np.arange(SIZES)] = (
-        1.0 / expect.size
-    )
+    rows[
+        start + places.size + np.arange(SIZE_NUMBERS), at[3] + np.arange(SIZE_NUMBERS)
+    ] = 1.0 / expect.size
     return np.concatenate([joints, tilts.ravel(), places.ravel(), sizes]), rows
 
 

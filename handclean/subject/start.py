@@ -21,16 +21,16 @@ from handclean.subject.frames import Frames
 from handclean.subject.shape import PosePrior
 from handclean.tree import POSE_HEAD
 
-ROUGH_M = 0.008
+TEMPLATE_PLACE_SD_M = 0.008
 """[m] how far a marker may lie from a template's before anything is calibrated."""
 
 OUTLIER_M = 0.04
-"""[m] a marker so far away loses most of its say, when nothing is calibrated."""
+"""[m] a marker so far away counts little, when nothing is calibrated."""
 
-SIZES = np.exp(np.linspace(np.log(0.53), np.log(1.45), 15))
+TRIED_SIZES = np.exp(np.linspace(np.log(0.53), np.log(1.45), 15))
 """Sizes of hands to try, against the template's."""
 
-CLEAR = 1.5
+CLEAR_SIDE_RATIO = 1.5
 """By what factor one side must fit better than the other to be called clear."""
 
 
@@ -81,7 +81,7 @@ def first_poses(model: Model, targets: Floats, seen: Bools) -> tuple[Floats, Flo
     """
     body = loose(model).body(model)
     room = bundle.make_room(body)
-    weights, soft = seen / ROUGH_M**2, OUTLIER_M**-2
+    weights, soft = seen / TEMPLATE_PLACE_SD_M**2, OUTLIER_M**-2
     best = np.zeros((len(targets), POSE_HEAD + len(model.tree.hinges)))
     lowest, cost = np.full(len(targets), np.inf), np.zeros(len(targets))
     for angles in postures(model):
@@ -153,19 +153,23 @@ def guess(marker_set: MarkerSet, frames: Frames, side: str) -> Guess:
         model = marker_set.on(template(chirality, forearm=marker_set.forearm))
         costs[chirality] = [
             first_poses(scaled(model, size), frames.targets, frames.seen)[1].sum()
-            for size in SIZES
+            for size in TRIED_SIZES
         ]
     other = "left" if side == "right" else "right"
     mine, mirrored = min(costs[side]), min(costs[other])
-    if mine > CLEAR * mirrored:
+    if mine > CLEAR_SIDE_RATIO * mirrored:
         raise UsageError(
             f"marker set {marker_set.name}: the take shows a {other} hand, not a {side}"
             f" one; give --side {other}, or the set of that hand"
         )
     best = int(np.argmin(costs[side]))
-    if best in (0, len(SIZES) - 1):
-        _refuse(float(SIZES[best]))
-    return Guess(side=side, size=float(SIZES[best]), clear=mirrored > CLEAR * mine)
+    if best in (0, len(TRIED_SIZES) - 1):
+        _refuse(float(TRIED_SIZES[best]))
+    return Guess(
+        side=side,
+        size=float(TRIED_SIZES[best]),
+        clear=mirrored > CLEAR_SIDE_RATIO * mine,
+    )
 
 
 def _spread(points: Floats, seen: Bools) -> float:

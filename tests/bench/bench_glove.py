@@ -37,7 +37,13 @@ from handclean.ik.solve import solve_markers
 from handclean.ik.take import solve
 from handclean.io.hdf5.prior import read_prior
 from handclean.recording import Recording, trajectories
-from handclean.simulation.glove import AGAIN, MORE, SHOWN, TRAINED, simulate_glove
+from handclean.simulation.glove import (
+    CALIBRATION_POSES,
+    FURTHER_POSES,
+    REFIT_POSES,
+    TEST_POSES,
+    simulate_glove,
+)
 from handclean.simulation.glove_motions import LONG, tip_distance
 from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate_one
@@ -105,7 +111,7 @@ class Session:
     def truth(self, name):
         return (self.takes[name].angles @ self.into.T)[:, self.own]
 
-    def fk(self, poses=(*TRAINED, *MORE), holds=True):
+    def fk(self, poses=(*CALIBRATION_POSES, *FURTHER_POSES), holds=True):
         glove, hand, out = self.glove, self.glove.hand, []
         for name, take in self.takes.items():
             kind, _, rest = name.removeprefix("w1/").partition("-")
@@ -184,7 +190,7 @@ class Session:
     def again(self, calibration):
         """The calibration for the second wearing."""
         out = []
-        for pose in AGAIN:
+        for pose in REFIT_POSES:
             take = self.takes[f"w2/pose-{pose}-2"]
             rows = taken.spread(len(take.times), 60)
             targets = taken.of_pose(self.glove.hand, key_poses()[pose], len(rows))
@@ -259,11 +265,13 @@ def world(seed):
     ik, reached = session.ik(start)
     _, blind = session.ik()
     both = taken.merged([fk, ik])
-    paper = taken.merged([session.fk(poses=TRAINED), ik])
+    paper = taken.merged([session.fk(poses=CALIBRATION_POSES), ik])
     sparse = fitted(session, both, "spgp")
     made = {
         "raw": None,
-        "linear": fitted(session, session.fk(poses=TRAINED, holds=False), "linear"),
+        "linear": fitted(
+            session, session.fk(poses=CALIBRATION_POSES, holds=False), "linear"
+        ),
         "LMC-GPR": fitted(session, both, "lmc-gpr"),
         "SPGP-100": sparse,
         "SPGP-100, worn again": session.again(sparse),
@@ -331,7 +339,7 @@ def table_1():
 def table_3():
     names = ("raw", "linear", "LMC-GPR", "SPGP-100", "SPGP-100, four key poses")
     rows = []
-    for pose in SHOWN:
+    for pose in TEST_POSES:
         row = {"pose [deg]": pose}
         for name in names:
             every = []
@@ -454,7 +462,9 @@ def figure_14():
             seconds.append(time.process_time() - begin)
             made = cal.assemble(session.glove, both, GloveFitConfig(), fits)
             fk.append(
-                np.mean([session.errors(made, f"w2/pose-{p}-1").mean() for p in SHOWN])
+                np.mean(
+                    [session.errors(made, f"w2/pose-{p}-1").mean() for p in TEST_POSES]
+                )
             )
             tips.append(1e3 * np.mean([session.tips(made, f).mean() for f in LONG]))
         rows.append(
@@ -514,7 +524,7 @@ def elsewhere():
 def variance():
     rows = []
     tests = {
-        "nine poses": [f"w2/pose-{pose}-1" for pose in SHOWN],
+        "nine poses": [f"w2/pose-{pose}-1" for pose in TEST_POSES],
         "touching": [f"w2/touch-thumb-{finger}" for finger in LONG],
         "free movement": ["w2/motion"],
     }

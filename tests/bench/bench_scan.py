@@ -45,8 +45,8 @@ from handclean.subject.calibrate import calibrate
 from handclean.subject.frames import gather, thinned
 from handclean.subject.scan.alignment import Aligned, Template
 from handclean.subject.scan.cloud import Scan
-from handclean.subject.scan.dress import dress
 from handclean.subject.scan.fit import drawn, fit_scan, shipped_start
+from handclean.subject.scan.locate import locate_markers
 from handclean.subject.scan.rebuild import rebuilt
 from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig
@@ -196,8 +196,8 @@ def one_alignment(number):
     plain = template_subject(marker_set, "right").model
     size = guess(marker_set, frames.only(thinned(frames, 12)), "right").size
     quick = CalibrateConfig(frames=FRAMES, holdout=0.0)
-    placed = dress(scanned.subject, [neutral], marker_set, quick)
-    refined = dress(scanned.subject, [neutral, rom], marker_set, quick)
+    placed = locate_markers(scanned.subject, [neutral], marker_set, quick)
+    refined = locate_markers(scanned.subject, [neutral, rom], marker_set, quick)
     return {
         "template": alignment_error(plain, positions),
         "template, scaled": alignment_error(scaled(plain, size), positions),

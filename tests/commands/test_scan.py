@@ -22,7 +22,7 @@ from handclean.runner.batch import Task
 from handclean.runner.command import Work
 from handclean.runner.execute import execute
 from handclean.subject.scan.fit import shipped_start
-from handclean.subject.scan.markers import dressed
+from handclean.subject.scan.markers import put_on_skin
 from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig
 
@@ -90,7 +90,7 @@ def test_a_rerun_is_skipped(subject, folder):
 
 def test_a_neutral_take_puts_markers_on_it(subject, folder, rng):
     scan = read_subject(subject)
-    model, _ = dressed(scan, load_marker_set("maycock26"))
+    model, _ = put_on_skin(scan, load_marker_set("maycock26"))
     pose = np.zeros((30, 7 + len(model.tree.hinges)))
     pose[:, 3] = 1.0
     seen = marker_positions(model, pose) + rng.normal(scale=2e-4, size=(30, 26, 3))

@@ -6,7 +6,7 @@ from oracles import random_pose
 from shapes import dense_shape_jacobian, random_model
 
 from handclean.hand.model import marker_positions
-from handclean.subject.shape import SIZES, Shape, sections
+from handclean.subject.shape import SIZE_NUMBERS, Shape, sections
 
 
 @pytest.mark.parametrize("bones", [1, 3, 8])
@@ -14,7 +14,7 @@ def test_shape_jacobian_is_the_derivative_of_the_markers_by_the_shape(rng, bones
     model = random_model(rng, bones)
     pose = random_pose(rng, model.tree)
     got = dense_shape_jacobian(model, pose)
-    here = Shape(model=model, sizes=np.ones(SIZES))
+    here = Shape(model=model, sizes=np.ones(SIZE_NUMBERS))
     h = 1e-6
     for n in range(got.shape[2]):
         step = np.zeros(got.shape[2])

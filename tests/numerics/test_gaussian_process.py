@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 
 from handclean.errors import UnknownNameError
 from handclean.numerics.gp.descent import descend
-from handclean.numerics.gp.exact import ROWS, Evidence, posterior
+from handclean.numerics.gp.exact import BLOCK_ROWS, Evidence, posterior
 from handclean.numerics.gp.kernels import TERMS, Kernel
 from handclean.numerics.gp.means import MEANS, basis
 from handclean.numerics.gp.settings import FitSettings
@@ -112,7 +112,7 @@ def test_the_evidence_is_the_textbooks_and_its_gradient_the_slope(terms, mean, r
 
 
 def test_samples_in_several_blocks_count_like_those_in_one(rng):
-    inputs, targets = samples(rng, 2 * ROWS + 37)
+    inputs, targets = samples(rng, 2 * BLOCK_ROWS + 37)
     kernel = Kernel(("lard", "seard"), S)
     logs = hyperparameters(rng, kernel)
     evidence = Evidence(kernel, "ml", inputs, targets)

@@ -10,7 +10,7 @@ from handclean.glove.poses import key_poses
 from handclean.glove.samples import of_hold
 from handclean.simulation import glove_motions as motions
 from handclean.simulation.glove import simulate_glove, takes_of
-from handclean.simulation.glove_sensors import FULL, GLOVES, make_hardware
+from handclean.simulation.glove_sensors import GLOVES, LARGEST_READING, make_hardware
 from handclean.simulation.settings import SimulateConfig
 
 
@@ -31,7 +31,7 @@ def test_a_session_is_what_it_lists(session):
 def test_readings_are_whole_numbers_of_the_converter(session):
     for take in session.takes:
         assert np.all(take.readings == np.rint(take.readings))
-        assert 0.0 <= take.readings.min() <= take.readings.max() <= FULL
+        assert 0.0 <= take.readings.min() <= take.readings.max() <= LARGEST_READING
 
 
 def test_the_same_seed_and_number_give_the_same_session(session):

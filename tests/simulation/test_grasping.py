@@ -9,7 +9,7 @@ from handclean.simulation.grasping import grasp_scene
 from handclean.simulation.grasps import GRASPS
 from handclean.simulation.people import make_person
 from handclean.simulation.scene import deepest
-from handclean.simulation.seating import PRESS, Solid
+from handclean.simulation.seating import PAD_DEPTH_M, Solid
 
 TIMES = np.arange(500) / 100.0
 
@@ -33,7 +33,7 @@ def test_a_closed_hand_touches_its_object_and_is_not_in_it(name, people):
             held.append(closing)
     assert len(held) >= 3
     for closing in held:
-        assert -2.0 * PRESS <= closing.depth <= 0.0005
+        assert -2.0 * PAD_DEPTH_M <= closing.depth <= 0.0005
         assert len(closing.touching) >= 2
         if GRASPS[name].seat == "palm":
             assert len(closing.touching) >= 3

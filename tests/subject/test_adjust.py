@@ -7,9 +7,9 @@ import pytest
 from people import lengths, person
 
 from handclean.subject import judge
-from handclean.subject.adjust import Problem, adjust, noise
+from handclean.subject.adjust import Problem, adjust, marker_noise
 from handclean.subject.frames import gather
-from handclean.subject.shape import SIZES, Expectation, Shape, tilt_sigmas
+from handclean.subject.shape import SIZE_NUMBERS, Expectation, Shape, tilt_sigmas
 from handclean.subject.start import first_poses, loose
 
 
@@ -30,7 +30,9 @@ def problem_of(one, targets=None, seen=None, **parts):
 
 
 def learn(problem, model, poses):
-    return adjust(problem, Shape(model=model, sizes=np.ones(SIZES)), poses, 0.001)
+    return adjust(
+        problem, Shape(model=model, sizes=np.ones(SIZE_NUMBERS)), poses, 0.001
+    )
 
 
 def sigmas(adjusted):
@@ -75,7 +77,7 @@ def test_noise_is_found_whatever_the_unknowns_took_up(rng):
     distance = np.linalg.norm(left, axis=2)
     distance[rng.random(distance.shape) < 0.05] = 0.5
     distance[:, 0] = np.nan
-    found = noise(distance, 26 * 400)
+    found = marker_noise(distance, 26 * 400)
     assert found == pytest.approx(0.002, rel=0.1)
 
 

@@ -9,7 +9,7 @@ from shapes import random_model
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.template import HAND_BREADTH, HAND_LENGTH, template
 from handclean.subject.shape import (
-    SIZES,
+    SIZE_NUMBERS,
     Expectation,
     Shape,
     expected_offsets,
@@ -51,7 +51,7 @@ def test_a_tilt_turns_an_axis_by_its_length(rng):
 
 def test_a_step_of_nothing_changes_nothing(rng):
     model = random_model(rng)
-    here = Shape(model=model, sizes=np.ones(SIZES))
+    here = Shape(model=model, sizes=np.ones(SIZE_NUMBERS))
     there = here.stepped(np.zeros(sum(sections(model))))
     np.testing.assert_array_equal(there.model.tree.offsets, model.tree.offsets)
     np.testing.assert_array_equal(there.model.at, model.at)
@@ -60,7 +60,7 @@ def test_a_step_of_nothing_changes_nothing(rng):
 
 def test_the_template_is_exactly_what_is_expected():
     model = hand()
-    errors, _ = expected(Shape(model=model, sizes=np.ones(SIZES)), model)
+    errors, _ = expected(Shape(model=model, sizes=np.ones(SIZE_NUMBERS)), model)
     np.testing.assert_allclose(errors, 0.0, atol=1e-12)
 
 
@@ -77,7 +77,7 @@ def test_a_hand_larger_in_both_ways_is_the_template_of_that_size(side):
 def test_the_derivative_of_the_expectation_is_that_of_differences(rng):
     template_model = hand()
     numbers = sum(sections(template_model))
-    here = Shape(model=template_model, sizes=np.ones(SIZES))
+    here = Shape(model=template_model, sizes=np.ones(SIZE_NUMBERS))
     here = here.stepped(rng.normal(scale=0.003, size=numbers))
     _, rows = expected(here, template_model)
     h = 1e-6
@@ -91,7 +91,7 @@ def test_the_derivative_of_the_expectation_is_that_of_differences(rng):
 
 def test_the_expectation_leaves_no_number_open():
     model = hand()
-    _, rows = expected(Shape(model=model, sizes=np.ones(SIZES)), model)
+    _, rows = expected(Shape(model=model, sizes=np.ones(SIZE_NUMBERS)), model)
     assert np.linalg.matrix_rank(rows) == rows.shape[1]
 
 
@@ -102,5 +102,5 @@ def test_one_bone_a_standard_deviation_longer_costs_about_one():
     offsets = tree.offsets.copy()
     offsets[b] *= 1.0 + EXPECT.length
     longer = replace(model, tree=replace(tree, offsets=offsets))
-    errors, _ = expected(Shape(model=longer, sizes=np.ones(SIZES)), model)
+    errors, _ = expected(Shape(model=longer, sizes=np.ones(SIZE_NUMBERS)), model)
     np.testing.assert_allclose(errors @ errors, 1.0, rtol=1e-9)

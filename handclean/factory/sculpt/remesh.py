@@ -17,6 +17,7 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.hand.surface import edges_of, vertex_normals
+from handclean.numerics.rotations import rotated
 
 Project = Callable[[Floats], Floats]
 Measured = Callable[[Floats], tuple[Floats, Floats]]
@@ -132,7 +133,7 @@ def relax(
         normal = vertex_normals(at, faces)
         step = mean - at
         step -= (step * normal).sum(axis=1, keepdims=True) * normal
-        step = np.einsum("vij,vj->vi", turn, step)
+        step = rotated(turn, step)
         vertices = project(vertices + 0.6 * step)
     return vertices
 

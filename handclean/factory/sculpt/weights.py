@@ -11,7 +11,7 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.factory.sculpt.anatomy import Anatomy, Finger, turn_of
-from handclean.hand.surface import MOST_BONES, edges_of
+from handclean.hand.surface import BONES_PER_VERTEX, edges_of
 
 WHOLE = 10_000
 """What the shares of a vertex sum to."""
@@ -112,7 +112,7 @@ def skin_weights(shares: Floats) -> tuple[Ints, Ints]:
     """
     rest = np.maximum(1.0 - shares.sum(axis=1, keepdims=True), 0.0)
     full = np.hstack([rest, shares])
-    bones = np.argsort(-full, axis=1, kind="stable")[:, :MOST_BONES]
+    bones = np.argsort(-full, axis=1, kind="stable")[:, :BONES_PER_VERTEX]
     part = np.take_along_axis(full, bones, axis=1)
     part *= WHOLE / part.sum(axis=1, keepdims=True)
     weights = np.round(part).astype(np.int64)

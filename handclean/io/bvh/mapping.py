@@ -26,6 +26,7 @@ from handclean.hand.template import bone_frame, template
 from handclean.io.bvh.hinge_fit import BoneFit, fit_hinges
 from handclean.io.bvh.motion import BvhMotion
 from handclean.io.shared.joint_map import JointMap, check_bones
+from handclean.numerics.rotations import rotated
 from handclean.tree import JointTree
 
 MAX_SPEED = np.radians(1800.0)
@@ -203,7 +204,7 @@ def _mean_place(bvh: BvhMotion, top: int, joint: int) -> Floats:
     place = np.zeros((bvh.frames, 3))
     turn: Floats = np.tile(np.eye(3), (bvh.frames, 1, 1))
     for j in _chain(bvh, top, joint):
-        place += np.einsum("tij,tj->ti", turn, bvh.places[:, j])
+        place += rotated(turn, bvh.places[:, j])
         turn = turn @ bvh.turns[:, j]
     return np.array(place.mean(axis=0))
 

@@ -34,6 +34,7 @@ from handclean.io.shared.writing import (
     rows,
     write_lines,
 )
+from handclean.numerics.rotations import rotated
 from handclean.recording import Recording, only_finite
 from handclean.remarks import Remark, remark
 from handclean.tree import MIRROR, JointTree
@@ -92,7 +93,7 @@ class BvhMotion:
         places, turns = self.places.copy(), self.turns.copy()
         for j, up in enumerate(self.parents):
             if up >= 0:
-                step = np.einsum("tij,tj->ti", turns[:, up], self.places[:, j])
+                step = rotated(turns[:, up], self.places[:, j])
                 places[:, j] = places[:, up] + step
                 turns[:, j] = turns[:, up] @ self.turns[:, j]
         return places, turns

@@ -10,7 +10,13 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.errors import HandcleanError
-from handclean.hand.surface import MOST_BONES, Surface, is_closed, rest_joints, volume
+from handclean.hand.surface import (
+    BONES_PER_VERTEX,
+    Surface,
+    is_closed,
+    rest_joints,
+    volume,
+)
 from handclean.io.gltf.read import Glb
 from handclean.io.gltf.skin import SkinnedMesh
 from handclean.tree import JointTree
@@ -55,7 +61,7 @@ def rest_skin(
 
 def _heaviest(weights: Floats) -> tuple[Ints, Floats]:
     """(V, 4) the bones with the largest of (V, B) shares, and these, summing to 1."""
-    order = np.argsort(-weights, axis=1, kind="stable")[:, :MOST_BONES]
+    order = np.argsort(-weights, axis=1, kind="stable")[:, :BONES_PER_VERTEX]
     shares = np.take_along_axis(weights, order, axis=1)
     shares /= shares.sum(axis=1, keepdims=True)
     return np.where(shares > 0.0, order, 0).astype(np.int64), shares

@@ -16,7 +16,7 @@ from handclean.errors import FileError, HandcleanError
 from handclean.hand.model import Model
 from handclean.hand.skeleton import load_skeleton
 from handclean.hand.subject import Subject
-from handclean.hand.surface import MOST_BONES, Surface
+from handclean.hand.surface import BONES_PER_VERTEX, Surface
 from handclean.hand.template import HAND_LENGTH
 from handclean.io.formats import HAND, MESH, TAKE, by_suffix
 from handclean.io.hdf5.file import read_h5, write_h5
@@ -197,7 +197,7 @@ def _surface_from(root: Part, bones: int) -> Surface | None:
     part = root.part("surface")
     vertices = part.array("vertices", "m", np.float64, None, 3)
     count = len(vertices)
-    moved_by = part.array("bones", "", np.int64, count, MOST_BONES)
+    moved_by = part.array("bones", "", np.int64, count, BONES_PER_VERTEX)
     if count and moved_by.max() >= bones:
         raise part.fail(f"bones should be 0 to {bones - 1}")
     colors = None
@@ -208,7 +208,7 @@ def _surface_from(root: Part, bones: int) -> Surface | None:
             vertices=vertices,
             faces=part.array("faces", "", np.int64, None, 3),
             bones=moved_by,
-            weights=part.array("weights", "", np.float64, count, MOST_BONES),
+            weights=part.array("weights", "", np.float64, count, BONES_PER_VERTEX),
             colors=colors,
         )
     except FileError:

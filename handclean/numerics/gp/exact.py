@@ -26,7 +26,7 @@ from handclean.arrays import Floats
 from handclean.numerics.gp.kernels import Kernel, total
 from handclean.numerics.gp.means import basis, weights
 
-ROWS = 512
+BLOCK_ROWS = 512
 JITTERS = (0.0, 1e-10, 1e-8, 1e-6, 1e-4)
 """Shares of the largest variance that are added to the diagonal, in turn."""
 
@@ -91,8 +91,8 @@ class Evidence:
 
     def _blocks(self) -> list[tuple[slice, slice]]:
         count = len(self.inputs)
-        starts = range(0, count, ROWS)
-        return [(slice(i, min(i + ROWS, count)), slice(i, count)) for i in starts]
+        starts = range(0, count, BLOCK_ROWS)
+        return [(slice(i, min(i + BLOCK_ROWS, count)), slice(i, count)) for i in starts]
 
     def _factorised(
         self, logs: Floats, noise: float

@@ -35,7 +35,7 @@ from handclean.arrays import Floats
 from handclean.numerics.gp.kernels import Kernel, total
 from handclean.numerics.gp.means import basis, weights
 
-ENTRIES = 32768
+BLOCK_ENTRIES = 32768
 """Of a matrix of pseudo-inputs by samples that are handled at a time: so many stay in
 the processor's cache, and in memory that need not be asked for anew."""
 
@@ -113,7 +113,7 @@ class SparseEvidence:
 
     def _chunks(self) -> list[slice]:
         count = len(self.inputs)
-        rows = int(np.clip(ENTRIES // self.count, 128, 1024))
+        rows = int(np.clip(BLOCK_ENTRIES // self.count, 128, 1024))
         return [slice(i, min(i + rows, count)) for i in range(0, count, rows)]
 
     def factor(self, logs: Floats, pseudo: Floats) -> Floats | None:

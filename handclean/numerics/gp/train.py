@@ -20,9 +20,9 @@ from handclean.numerics.gp.settings import FitSettings
 Start = tuple[Floats, Floats | None]
 """A point, and the Hessian there if it is known."""
 
-NOISE = np.log(0.1)
-GROWTH = 4
-RIVALS_TO = 1024
+START_LOG_NOISE_VARIANCE = np.log(0.1)
+SUBSET_GROWTH = 4
+RIVALS_UP_TO_SAMPLES = 1024
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,9 @@ def bounds(kernel: Kernel, least_noise: float = 0.0) -> tuple[Floats, Floats]:
     at them and anything between: its evidence has no limit.
     """
     lower = [-14.0 if "gamma" in name else -18.5 for name in kernel.names]
-    noise = float(np.clip(2.0 * np.log(max(least_noise, 1e-9)), -18.5, NOISE))
+    noise = float(
+        np.clip(2.0 * np.log(max(least_noise, 1e-9)), -18.5, START_LOG_NOISE_VARIANCE)
+    )
     return np.array([*lower, noise]), np.array([9.0] * kernel.size + [2.0])
 
 
@@ -68,7 +70,7 @@ def start(kernel: Kernel, which: int, rng: np.random.Generator) -> Floats:
     before, or they would stay the same.
     """
     logs, seen = np.zeros(kernel.size + 1), 0
-    logs[-1] = NOISE
+    logs[-1] = START_LOG_NOISE_VARIANCE
     for place, name in enumerate(kernel.names):
         if name.endswith("eta"):
             seen += 1
@@ -128,7 +130,7 @@ def train_exact(
             found = descend(
                 evidence, begin, lower, upper, hessian=matrix, evaluations=most
             )
-            if size <= RIVALS_TO:
+            if size <= RIVALS_UP_TO_SAMPLES:
                 found = _rivalled(evidence, found, rivals, lower, upper)
         if following is not None:
             growth = following / size
@@ -151,7 +153,7 @@ def _ladder(subset: int, count: int) -> list[tuple[int, int | None]]:
     """Numbers of samples to train with in turn, each with the next."""
     sizes = [count]
     while sizes[0] > 1.5 * subset:
-        sizes.insert(0, max(sizes[0] // GROWTH, subset))
+        sizes.insert(0, max(sizes[0] // SUBSET_GROWTH, subset))
     return list(zip(sizes, [*sizes[1:], None], strict=True))
 
 

@@ -11,9 +11,9 @@ from handclean.arrays import Floats
 from handclean.numerics.gp.kernels import Kernel
 from handclean.numerics.gp.settings import FitSettings
 from handclean.numerics.gp.sparse import JITTERS, SparseEvidence
-from handclean.numerics.gp.train import GROWTH, Trained, bounds, train_exact
+from handclean.numerics.gp.train import SUBSET_GROWTH, Trained, bounds, train_exact
 
-CANDIDATES = 2048
+PSEUDO_INPUT_CANDIDATES = 2048
 """Samples among which pseudo-inputs are sought, or four times their number."""
 
 
@@ -40,10 +40,10 @@ def train_sparse(
     inputs : (N, S); targets : (N,), both scaled.
     """
     order = rng.permutation(len(inputs))
-    few = np.sort(order[: GROWTH * settings.subset])
+    few = np.sort(order[: SUBSET_GROWTH * settings.subset])
     first = train_exact(kernel, mean, inputs[few], targets[few], settings, rng)
     count = min(settings.pseudo_inputs, len(inputs))
-    candidates = inputs[np.sort(order[: max(CANDIDATES, 4 * count)])]
+    candidates = inputs[np.sort(order[: max(PSEUDO_INPUT_CANDIDATES, 4 * count)])]
     pseudo = spread_out(kernel, first.logs[:-1], candidates, count)
     evidence = SparseEvidence(kernel, mean, inputs, targets, count)
     lower, upper = bounds(kernel, settings.least_noise)

@@ -25,36 +25,37 @@ from handclean.hand.template import HAND_LENGTH
 from handclean.kernels import bundle, pose_fit
 from handclean.numerics.cloud import thinned
 from handclean.numerics.procrustes import align
+from handclean.numerics.rotations import rotated_back
 from handclean.subject.scan.cloud import Cloud, Pairs
 from handclean.subject.shape import body_of
 from handclean.subject.start import first_poses, scaled
 from handclean.tree import JointTree
 
-SIZES = np.exp(np.linspace(np.log(0.5), np.log(1.6), 18))
+TRIED_SIZES = np.exp(np.linspace(np.log(0.5), np.log(1.6), 18))
 """Sizes of hands to try, against the template's."""
 
-SAMPLES = 800
+POSTURE_VERTICES = 800
 """Vertices that the posture is found from."""
 
-LANDMARK_M, POINT_M = 0.004, 0.002
+LANDMARK_SD_M, SKIN_SD_M = 0.004, 0.002
 """[m] how far the template's landmarks and skin lie from those of other hands."""
 
-INDEPENDENT = 100
+INDEPENDENT_POINTS = 100
 """Closest points count as so many: their neighbours are off by about the same."""
 
 OUTLIER_M = 0.015
-"""[m] a vertex so far from its counterpart loses most of its say."""
+"""[m] a vertex so far from its counterpart counts little."""
 
-WIDER_RAD, BOUND_RAD = 0.1, 0.03
+LIMIT_MARGIN_RAD, LIMIT_SD_RAD = 0.1, 0.03
 """[rad] how far beyond the template's limits a joint may go freely, and in all."""
 
-MIRRORED = 1.5
+MIRRORED_FIT_RATIO = 1.5
 """By what factor the mirrored hand must fit landmarks better to be called it."""
 
-STEPS = 30
+MOST_FIT_STEPS = 30
 """Steps of the inverse kinematics in every round, at most."""
 
-START_REACH_M = 0.025
+FIRST_REACH_M = 0.025
 """[m] how far the first closest points may be."""
 
 
@@ -125,7 +126,7 @@ def to_landmarks(template: Template, places: Floats) -> Aligned:
     _expect_a_hand(template, places)
     found = _from_landmarks(template, places)
     other = _from_landmarks(template.mirrored(), places)
-    if found.landmark_m > MIRRORED * other.landmark_m:
+    if found.landmark_m > MIRRORED_FIT_RATIO * other.landmark_m:
         side, wrong = other.template.tree.side, found.template.tree.side
         raise UsageError(
             f"landmarks: they are those of a {side} hand, not of a {wrong} one "
@@ -145,7 +146,7 @@ def _from_landmarks(template: Template, places: Floats) -> Aligned:
     model = Model(tree=tree, labels=names, bone=bone, at=from_joint)
     seen = np.ones((1, len(rows)), dtype=bool)
     tried = []
-    for size in SIZES:
+    for size in TRIED_SIZES:
         poses, cost = first_poses(scaled(model, size), places[None], seen)
         tried.append((float(cost[0]), float(size), poses[0]))
     _, size, pose = min(tried, key=lambda one: one[0])
@@ -179,8 +180,8 @@ def to_cloud(
     """
     found = start
     marks = Pairs(rows=start.template.landmarks, places=places)
-    some = thinned(start.template.surface.vertices, SAMPLES)
-    reaches = np.geomspace(max(START_REACH_M, reach_m), reach_m, rounds)
+    some = thinned(start.template.surface.vertices, POSTURE_VERTICES)
+    reaches = np.geomspace(max(FIRST_REACH_M, reach_m), reach_m, rounds)
     for number, reach in enumerate(reaches):
         progress(number)
         vertices = found.vertices()
@@ -194,11 +195,11 @@ def _step(now: Aligned, marks: Pairs, points: Pairs) -> Aligned:
     """Align and pose once, towards landmarks and points."""
     rows = np.concatenate([marks.rows, points.rows])
     places = np.vstack([marks.places, points.places])
-    each = min(INDEPENDENT / max(len(points.rows), 1), 1.0)
+    each = min(INDEPENDENT_POINTS / max(len(points.rows), 1), 1.0)
     weight = np.concatenate(
         [
-            np.full(len(marks.rows), 1.0 / LANDMARK_M**2),
-            np.full(len(points.rows), each / POINT_M**2),
+            np.full(len(marks.rows), 1.0 / LANDMARK_SD_M**2),
+            np.full(len(points.rows), each / SKIN_SD_M**2),
         ]
     )
     here = now.vertices()[rows]
@@ -229,7 +230,7 @@ def riding(template: Template, pose: Floats, rows: Ints) -> Model:
     now = posed(surface, tree, pose[None])[0][rows]
     from_joint = now - joint_positions(tree, pose[None])[0][bone]
     turn = bone_rotations(tree, pose[None])[0][bone]
-    at = np.einsum("mji,mj->mi", turn, from_joint)
+    at = rotated_back(turn, from_joint)
     names = tuple(f"vertex {n}" for n in range(len(rows)))
     return Model(tree=tree, labels=names, bone=bone, at=at)
 
@@ -238,15 +239,15 @@ def _posture(model: Model, pose: Floats, places: Floats, weight: Floats) -> Floa
     """(7 + D,) the pose that brings markers to their places."""
     tree = model.tree
     centre, sd = relaxed(tree)
-    limits = tree.limits + np.array([-WIDER_RAD, WIDER_RAD])
-    body = body_of(model, centre, sd**-2, limits, BOUND_RAD**-2)
+    limits = tree.limits + np.array([-LIMIT_MARGIN_RAD, LIMIT_MARGIN_RAD])
+    body = body_of(model, centre, sd**-2, limits, LIMIT_SD_RAD**-2)
     out, cost = pose[None].copy(), np.zeros(1)
     pose_fit.fit_poses(
         out,
         places[None],
         weight[None],
         OUTLIER_M**-2,
-        STEPS,
+        MOST_FIT_STEPS,
         body,
         bundle.make_room(body),
         cost,

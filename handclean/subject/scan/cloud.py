@@ -14,13 +14,13 @@ from scipy.spatial import cKDTree
 
 from handclean.arrays import Bools, Bytes, Floats, Ints, expect_shape
 
-NEAREST = 6
+PLANE_POINTS = 6
 """Points a plane goes through."""
 
-ASIDE = 1.0
+MOST_ASIDE_SPREADS = 1.0
 """How far a foot may lie from the middle of its points, against their spread."""
 
-LEAST_POINTS = 3
+LEAST_PLANE_POINTS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,14 +96,14 @@ class Cloud:
         reach_m : [m] how far it may be at most.
         angle_rad : by how much normals may differ.
         """
-        count = min(NEAREST, len(self.points))
+        count = min(PLANE_POINTS, len(self.points))
         away, near = self.tree.query(vertices, k=count, distance_upper_bound=reach_m)
         away, near = away.reshape(-1, count), near.reshape(-1, count)
         there = np.isfinite(away)
         near = np.where(there, near, 0)
         turned = np.einsum("vnk,vk->vn", self.normals[near], normals)
         there &= turned > np.cos(angle_rad)
-        rows = np.flatnonzero(there.sum(axis=1) >= min(LEAST_POINTS, count))
+        rows = np.flatnonzero(there.sum(axis=1) >= min(LEAST_PLANE_POINTS, count))
         share = there[rows] / there[rows].sum(axis=1, keepdims=True)
         around = self.points[near[rows]]
         middle = np.einsum("vn,vnk->vk", share, around)
@@ -115,12 +115,12 @@ class Cloud:
             "vn,vn->v", share, np.linalg.norm(around - middle[:, None], axis=2)
         )
         aside = np.linalg.norm(feet - middle, axis=1)
-        kept = (aside <= ASIDE * spread) & (np.abs(gone) <= reach_m)
+        kept = (aside <= MOST_ASIDE_SPREADS * spread) & (np.abs(gone) <= reach_m)
         return Pairs(rows=rows[kept], places=feet[kept])
 
     def snapped(self, places: Floats) -> Floats:
         """(N, 3) [m] places moved onto the planes through their nearest points."""
-        _, near = self.tree.query(places, k=min(NEAREST, len(self.points)))
+        _, near = self.tree.query(places, k=min(PLANE_POINTS, len(self.points)))
         near = near.reshape(len(places), -1)
         middle = self.points[near].mean(axis=1)
         normal = self.normals[near].mean(axis=1)

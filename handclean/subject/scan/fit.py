@@ -34,14 +34,14 @@ from handclean.tree import JointTree
 
 Progress = Callable[[str], None]
 
-MEASURED = 30_000
+MOST_MEASURED_POINTS = 30_000
 """Points that the distance of scan and skin is measured at, at most."""
 
-POOR_M = 0.002
-"""[m] mean distance from which on a fit is worth a word."""
+POOR_FIT_M = 0.002
+"""[m] mean distance from which on a fit is remarked on."""
 
-UNCOVERED = 0.6
-"""Share of the skin with points of the scan below which it is worth a word."""
+POOR_COVERAGE_SHARE = 0.6
+"""Share of the skin with points of the scan below which it is remarked on."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,19 +252,19 @@ def _report(
     landmarks_away: Mapping[str, float],
 ) -> ScanReport:
     tree, surface = found.tree, found.surface
-    step = -(-len(cloud.points) // MEASURED)
+    step = -(-len(cloud.points) // MOST_MEASURED_POINTS)
     away = closest(registered.vertices, surface.faces, cloud.points[::step]).distance
     covered = len(registered.pairs.rows) / len(surface.vertices)
     pairs, last = registered.pairs, registered.stages[-1]
     before = aligned.vertices()[pairs.rows] - pairs.places
     fit_mean = float(away.mean())
     more = []
-    if fit_mean > POOR_M:
+    if fit_mean > POOR_FIT_M:
         more.append(
             f"the skin lies {1e3 * fit_mean:.1f} mm from the scan in the mean: are the "
             "landmarks right?"
         )
-    if covered < UNCOVERED:
+    if covered < POOR_COVERAGE_SHARE:
         more.append(
             f"the scan shows {100 * covered:.0f} % of the skin: the rest is guessed"
         )

@@ -8,18 +8,18 @@ from scipy.spatial import cKDTree
 from handclean.arrays import Floats
 from handclean.errors import HandcleanError, UnknownNameError
 
-FAR = 0.1
+OFF_SCAN_SHARE = 0.1
 """A landmark farther from the scan than this share of their spread is not on it."""
 
-UNLIKE = 0.12
+OTHER_PLACE_SHARE = 0.12
 """A landmark farther from the aligned template's than this share is another place."""
 
 ODD_M = 0.014
 """[m] of a hand of the template's size: a landmark farther from the aligned template's
-is worth a word. Of 11 simulated people the farthest of 20 was 4 to 11 mm away; of two
-neighbours exchanged, where `UNLIKE` had let them pass, one was 9 to 34."""
+is remarked on. Of 11 simulated people the farthest of 20 was 4 to 11 mm away; of two
+neighbours exchanged, where `OTHER_PLACE_SHARE` had let them pass, one was 9 to 34."""
 
-EXCHANGED, NEAR_M = 0.5, 0.004
+EXCHANGED_SQUARE_SHARE, PICKING_ERROR_M = 0.5, 0.004
 """Two landmarks are exchanged if that leaves less than this share of their squared
 distances, [m] and these are not as small as people pick them anyway."""
 
@@ -74,7 +74,7 @@ def expect_on(names: tuple[str, ...], places: Floats, points: Floats) -> None:
     away = cKDTree(points).query(places)[0]
     size = float(np.linalg.norm(np.ptp(places, axis=0)))
     extent = float(np.linalg.norm(np.subtract(*np.percentile(points, [98, 2], axis=0))))
-    limit = FAR * max(size, 1e-12)
+    limit = OFF_SCAN_SHARE * max(size, 1e-12)
     far = away > limit
     if far.mean() > 0.5 or size > 3.0 * extent:
         raise HandcleanError(
@@ -104,7 +104,7 @@ def expect_alike(names: tuple[str, ...], places: Floats, template: Floats) -> No
     """
     away = np.linalg.norm(places - template, axis=1)
     worst = int(np.argmax(away))
-    if away[worst] > UNLIKE * np.linalg.norm(np.ptp(places, axis=0)):
+    if away[worst] > OTHER_PLACE_SHARE * np.linalg.norm(np.ptp(places, axis=0)):
         near = names[int(np.argmin(np.linalg.norm(template - places[worst], axis=1)))]
         like = f"; it is nearer to {near}" if near != names[worst] else ""
         raise HandcleanError(
@@ -128,7 +128,9 @@ def doubtful(
     own = np.diag(away)
     now = own[:, None] ** 2 + own**2
     other = away**2 + away.T**2
-    better = (other < EXCHANGED * now) & (now > 2 * (NEAR_M * size) ** 2)
+    better = (other < EXCHANGED_SQUARE_SHARE * now) & (
+        now > 2 * (PICKING_ERROR_M * size) ** 2
+    )
     for one, two in np.argwhere(np.triu(better, 1)).tolist():
         told.append(f"{names[one]} and {names[two]} would fit better exchanged")
     for n in np.argsort(-own).tolist():

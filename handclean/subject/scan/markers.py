@@ -19,7 +19,7 @@ for (out / along)^2 of itself: that has the same stationary points.
 
 Then each marker's place is the mean of where it was measured, in the frame of its bone,
 and its height that over the skin (`skinning.project`). Takes that move decide the rest
-(`dress`).
+(`locate_markers`).
 """
 
 from dataclasses import dataclass, replace
@@ -42,29 +42,30 @@ from handclean.hand.surface import Surface, vertex_normals
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.kernels import bundle, pose_fit
+from handclean.numerics.rotations import rotated, rotated_back
 from handclean.subject.frames import Frames, thinned
 from handclean.subject.shape import PosePrior
 from handclean.subject.start import first_poses
 from handclean.tree import POSE_HEAD, JointTree
 
-OUT_M, ALONG_M = 0.0015, 0.005
+OUTWARD_SD_M, ALONG_SD_M = 0.0015, 0.005
 """[m] how far markers may lie from where they should, out of the skin and along it."""
 
-POSTURE_RAD = 0.35
+NEUTRAL_POSTURE_SD_RAD = 0.35
 """[rad] how far a neutral posture is from the flat hand."""
 
 NEUTRAL_FRAMES = 12
 """Frames that places are found from, at most."""
 
-ROUNDS = 30
+MOST_ROUNDS = 30
 
 OUTLIER_M = 0.03
-"""[m] a marker so far from where it should be loses most of its say."""
+"""[m] a marker so far from where it should be counts little."""
 
-SPREAD = {"index": 10.0, "middle": 1.0, "ring": -8.0, "little": -16.0}
+COMPARED_ABDUCTION_DEG = {"index": 10.0, "middle": 1.0, "ring": -8.0, "little": -16.0}
 """[degrees] abduction in which template and hand are compared."""
 
-ABOVE_M = (-0.002, 0.025)
+USUAL_HEIGHTS_M = (-0.002, 0.025)
 """[m] markers lower or higher over the skin than this are named."""
 
 
@@ -109,7 +110,7 @@ def with_forearm(tree: JointTree, forearm: bool) -> JointTree:
     )
 
 
-def dressed(subject: Subject, marker_set: MarkerSet) -> tuple[Model, Floats]:
+def put_on_skin(subject: Subject, marker_set: MarkerSet) -> tuple[Model, Floats]:
     """Put a marker set on a scanned hand.
 
     Returns
@@ -147,16 +148,16 @@ def dressed(subject: Subject, marker_set: MarkerSet) -> tuple[Model, Floats]:
     bone = plain.bone[rows]
     turn = bone_rotations(tree, pose[None])[0][bone]
     joint = joint_positions(tree, pose[None])[0][bone]
-    at[rows] = np.einsum("mji,mj->mi", turn, there - joint)
+    at[rows] = rotated_back(turn, there - joint)
     on = project(subject.surface, vertices, there)
     out = _normals(subject.surface, vertices, on)
-    normals[rows] = np.einsum("mji,mj->mi", turn, out)
+    normals[rows] = rotated_back(turn, out)
     return replace(plain, at=at), normals
 
 
 def _spread(tree: JointTree) -> Floats:
     pose = neutral_pose(tree)
-    for finger, degrees in SPREAD.items():
+    for finger, degrees in COMPARED_ABDUCTION_DEG.items():
         hinge = tree.hinges.index(f"{finger}_mcp_abduction")
         pose[POSE_HEAD + hinge] = np.radians(degrees)
     return pose
@@ -183,9 +184,9 @@ def place(subject: Subject, marker_set: MarkerSet, neutral: Frames) -> Placed:
     HandcleanError
         If a marker is in none of the frames, or there are too few of them.
     UsageError
-        As `dressed`.
+        As `put_on_skin`.
     """
-    model, normals = dressed(subject, marker_set)
+    model, normals = put_on_skin(subject, marker_set)
     assert subject.surface is not None
     frames = neutral.only(thinned(neutral, NEUTRAL_FRAMES))
     unseen = [
@@ -214,19 +215,19 @@ def _poses(model: Model, normals: Floats, frames: Frames) -> Floats:
     """(T, 7 + D) poses that the height over the skin decides more than places on it."""
     expected = PosePrior(
         centre=np.zeros(len(model.tree.hinges)),
-        hold=POSTURE_RAD**-2,
+        hold=NEUTRAL_POSTURE_SD_RAD**-2,
         limits=model.tree.limits,
         bound=0.1**-2,
     )
     body = expected.body(model)
     room, cost = bundle.make_room(body), np.zeros(len(frames))
     poses, _ = first_poses(model, frames.targets, frames.seen)
-    weights = frames.seen / OUT_M**2
-    little = (OUT_M / ALONG_M) ** 2
-    for _ in range(ROUNDS):
+    weights = frames.seen / OUTWARD_SD_M**2
+    little = (OUTWARD_SD_M / ALONG_SD_M) ** 2
+    for _ in range(MOST_ROUNDS):
         here = marker_positions(model, poses)
         turn = bone_rotations(model.tree, poses)[:, model.bone]
-        out = np.einsum("tmij,mj->tmi", turn, normals)
+        out = rotated(turn, normals)
         off = np.where(frames.seen[:, :, None], frames.targets - here, 0.0)
         high = np.einsum("tmi,tmi->tm", off, out)
         known = frames.seen & np.any(normals != 0.0, axis=1)
@@ -245,7 +246,7 @@ def _measured_places(model: Model, poses: Floats, frames: Frames) -> Floats:
     """(M, 3) [m] mean places of the measured markers in their bones' frames."""
     turn = bone_rotations(model.tree, poses)[:, model.bone]
     joint = joint_positions(model.tree, poses)[:, model.bone]
-    at = np.einsum("tmji,tmj->tmi", turn, frames.targets - joint)
+    at = rotated_back(turn, frames.targets - joint)
     seen = frames.seen[:, :, None]
     mean: Floats = np.sum(np.where(seen, at, 0.0), axis=0) / seen.sum(axis=0)
     return mean
@@ -266,7 +267,7 @@ def _on_skin(surface: Surface, model: Model) -> tuple[OnSkin, tuple[str, ...]]:
     arm = np.array([tree.bones[b] == "forearm" for b in model.bone])
     words = []
     for m, label in enumerate(model.labels):
-        if not arm[m] and not ABOVE_M[0] <= on.lift[m] <= ABOVE_M[1]:
+        if not arm[m] and not USUAL_HEIGHTS_M[0] <= on.lift[m] <= USUAL_HEIGHTS_M[1]:
             words.append(
                 f"{label} lies {1e3 * on.lift[m]:.0f} mm over the scanned skin: is it "
                 "labelled right, and are scan and take of the same hand?"

@@ -40,12 +40,13 @@ from scipy.sparse import csr_matrix, diags
 from handclean.arrays import Floats, Ints, expect_shape
 from handclean.hand.surface import vertex_normals
 from handclean.numerics.laplacian import Dissected, laplacian, turns_of_rings
+from handclean.numerics.rotations import rotated
 from handclean.subject.scan.cloud import Pairs
 
 Find = Callable[[Floats, Floats], Pairs]
 """Finds pairs for vertices (V, 3) [m] with normals (V, 3)."""
 
-TURNS = 2
+SOLUTIONS_PER_FACTOR = 2
 """Solutions with the same factors at every value of l_reg."""
 
 
@@ -115,7 +116,11 @@ class Registration:
         self._solver = Dissected(self._square, self._rest)
 
     def relax(
-        self, stiffness: float, landmark: float, find: Find | None, turns: int = TURNS
+        self,
+        stiffness: float,
+        landmark: float,
+        find: Find | None,
+        turns: int = SOLUTIONS_PER_FACTOR,
     ) -> None:
         """Find the best shape for one l_reg, with pairs if they can be found."""
         if find is not None:
@@ -128,7 +133,7 @@ class Registration:
         for _ in range(turns):
             now = self.vertices / self._unit
             turned = turns_of_rings(self._rest, now, self._of)
-            bend = np.einsum("vij,vj->vi", turned, self._bend)
+            bend = rotated(turned, self._bend)
             right = stiff * (self._of.matrix.T @ bend) + target
             solved = self._solver.solve(right)
             before, after = (

@@ -24,21 +24,21 @@ from handclean.subject.scan.skin_color import is_like, is_skin
 NEIGHBOURS = 12
 """Points around one that normals and lonely points are told from."""
 
-LEAST_POINTS = 500
+LEAST_SCAN_POINTS = 500
 """Points that a hand is fitted to at least."""
 
-AROUND = 0.45
+HAND_REACH_SHARE = 0.45
 """Points farther from every landmark than this share of their spread are not looked
 at: no part of a hand is."""
 
-NEAR = 0.04
+NEAR_LANDMARK_SHARE = 0.04
 """A part of the scan is of the hand if a landmark is so near, by the same share."""
 
-COMMON, LEAST_AT_MARKS = 0.8, 30
+LEAST_SKIN_SHARE, LEAST_LANDMARK_POINTS = 0.8, 30
 """Share of the points at landmarks whose color must be skin's by the rule for it to be
 used, and how many points must be there for that to be told."""
 
-DISAGREEING = 0.25
+DISAGREEING_NORMALS_SHARE = 0.25
 """Share of normals against the template's from which on they are not believed."""
 
 
@@ -81,13 +81,13 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
         scan = scan.only(known)
     _expect_enough(scan, "a scan of a hand has")
     size = float(np.linalg.norm(np.ptp(marks, axis=0)))
-    scan = scan.only(cKDTree(marks).query(scan.points)[0] < AROUND * size)
+    scan = scan.only(cKDTree(marks).query(scan.points)[0] < HAND_REACH_SHARE * size)
     _expect_enough(scan, "around its landmarks a scan of a hand has")
     looked_at = len(scan.points)
     if scan.colors is None:
         words.append("the scan has no colors: points that are not skin stay in it")
     elif settings.skin:
-        skin, word = _skin(scan, marks, 0.5 * NEAR * size)
+        skin, word = _skin(scan, marks, 0.5 * NEAR_LANDMARK_SHARE * size)
         words += [word] if word else []
         scan = scan.only(skin)
         _expect_enough(scan, "with --skin a scan of a hand has")
@@ -98,7 +98,7 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
     scan = scan.only(kept)
     label = clusters(scan.points, settings.gap_m)
     away, nearest = cKDTree(scan.points).query(marks)
-    mine = np.unique(label[nearest[away < NEAR * size]])
+    mine = np.unique(label[nearest[away < NEAR_LANDMARK_SHARE * size]])
     kept = np.isin(label, mine)
     apart = int((~kept).sum())
     scan = scan.only(kept)
@@ -114,9 +114,10 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
 
 
 def _expect_enough(scan: Scan, what: str) -> None:
-    if len(scan.points) < LEAST_POINTS:
+    if len(scan.points) < LEAST_SCAN_POINTS:
         raise HandcleanError(
-            f"scan: {len(scan.points)} points are left; {what} {LEAST_POINTS} or more"
+            f"scan: {len(scan.points)} points are left; {what} {LEAST_SCAN_POINTS} "
+            "or more"
         )
 
 
@@ -125,7 +126,10 @@ def _skin(scan: Scan, marks: Floats, near: float) -> tuple[Bools, str]:
     assert scan.colors is not None
     skin = is_skin(scan.colors)
     at_marks = cKDTree(marks).query(scan.points)[0] < near
-    if at_marks.sum() < LEAST_AT_MARKS or skin[at_marks].mean() >= COMMON:
+    if (
+        at_marks.sum() < LEAST_LANDMARK_POINTS
+        or skin[at_marks].mean() >= LEAST_SKIN_SHARE
+    ):
         return skin, ""
     share = 100 * float(skin[at_marks].mean())
     return is_like(scan.colors, scan.colors[at_marks]), (
@@ -164,10 +168,10 @@ def oriented(
         normals = np.where(known[:, None], normals, planes)
     against = np.einsum("pk,pk->p", normals, outwards)[known] < 0.0
     share = float(against.mean()) if known.any() else 0.0
-    if share > 1.0 - DISAGREEING:
+    if share > 1.0 - DISAGREEING_NORMALS_SHARE:
         words.append("the scan's normals look into the hand: turned round")
         normals = -normals
-    elif share > DISAGREEING:
+    elif share > DISAGREEING_NORMALS_SHARE:
         words.append(
             f"{100 * share:.0f} % of the scan's normals look into the hand: those are "
             "turned round"

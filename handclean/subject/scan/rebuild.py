@@ -42,7 +42,7 @@ from handclean.numerics.procrustes import align
 from handclean.subject.scan.alignment import Aligned
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
-INSIDE = 0.8
+TIP_POINT_SHARE = 0.8
 """Where along the last segment the point is that stands for the tip."""
 
 
@@ -82,7 +82,7 @@ def rebuilt(aligned: Aligned, vertices: Floats) -> Rebuilt:
         found[n] = _carried(points[n], before, vertices, surface, bones)
     own, there = aimed(tree, pose, found)
     last = [own.bone(f"{finger}_distal") for finger in FINGERS]
-    reach = np.linalg.norm(found[len(joints) :] - found[last], axis=1) / INSIDE
+    reach = np.linalg.norm(found[len(joints) :] - found[last], axis=1) / TIP_POINT_SHARE
     return Rebuilt(
         tree=own,
         surface=replace(surface, vertices=unposed(surface, own, there, vertices)),
@@ -115,7 +115,9 @@ def _tips(tree: JointTree, pose: Floats, joints: Floats) -> Floats:
     for finger in FINGERS:
         b = tree.bone(f"{finger}_distal")
         along = _rest_direction(tree, b)
-        out.append(joints[b] + INSIDE * distal_length(tree, finger) * turn[b] @ along)
+        out.append(
+            joints[b] + TIP_POINT_SHARE * distal_length(tree, finger) * turn[b] @ along
+        )
     return np.array(out)
 
 

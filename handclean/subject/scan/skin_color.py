@@ -16,10 +16,10 @@ import numpy as np
 
 from handclean.arrays import Bools, Bytes, expect_shape
 
-LIKE = 4.0
+SKIN_COLOR_SDS = 4.0
 """[standard deviations] how far a color may be from those known to be skin."""
 
-LEAST_SPREAD = 0.05
+LEAST_LOG_COLOR_SD = 0.05
 """Standard deviation of a logarithm that skin is granted at least."""
 
 
@@ -39,7 +39,7 @@ def is_like(colors: Bytes, known: Bytes) -> Bools:
     expect_shape("known", known, "N", 3)
     logs, samples = (np.log(part.astype(np.float64) + 8.0) for part in (colors, known))
     middle = np.median(samples, axis=0)
-    spread = np.cov(samples.T) + LEAST_SPREAD**2 * np.eye(3)
+    spread = np.cov(samples.T) + LEAST_LOG_COLOR_SD**2 * np.eye(3)
     away = logs - middle
     distance2 = np.einsum("pi,ij,pj->p", away, np.linalg.inv(spread), away)
-    return np.asarray(distance2 < LIKE**2)
+    return np.asarray(distance2 < SKIN_COLOR_SDS**2)

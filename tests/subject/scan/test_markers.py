@@ -13,8 +13,8 @@ from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.subject.calibrate import measure
 from handclean.subject.frames import gather
-from handclean.subject.scan.dress import dress
-from handclean.subject.scan.markers import dressed, place, with_forearm
+from handclean.subject.scan.locate import locate_markers
+from handclean.subject.scan.markers import place, put_on_skin, with_forearm
 from handclean.subject.settings import CalibrateConfig
 
 NONE = np.zeros(0, dtype=np.int64)
@@ -39,7 +39,7 @@ def scanned_hand(side="right", size=1.07):
 
 def glued(subject, name, rng, askew=0.003):
     """The true hand: markers where they should be, but for some millimetres."""
-    model, normals = dressed(subject, load_marker_set(name))
+    model, normals = put_on_skin(subject, load_marker_set(name))
     off = rng.normal(scale=askew, size=model.at.shape)
     off -= normals * np.sum(normals * off, axis=1, keepdims=True)
     return replace(model, at=model.at + off + 0.001 * normals)
@@ -65,7 +65,7 @@ def test_markers_lie_over_the_scanned_skin_as_over_the_templates(side):
         surface=template_surface(tree),
     )
     marker_set = load_marker_set("maycock26")
-    model, normals = dressed(subject, marker_set)
+    model, normals = put_on_skin(subject, marker_set)
     np.testing.assert_allclose(model.at, marker_set.on(tree).at, atol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-9)
 
@@ -74,7 +74,7 @@ def test_on_a_plump_hand_markers_are_farther_out():
     subject = scanned_hand()
     thin = replace(subject, surface=template_surface(subject.model.tree, plump=1.0))
     marker_set = load_marker_set("maycock26")
-    (fat, normals), (slim, _) = (dressed(s, marker_set) for s in (subject, thin))
+    (fat, normals), (slim, _) = (put_on_skin(s, marker_set) for s in (subject, thin))
     out = np.sum((fat.at - slim.at) * normals, axis=1)
     assert np.median(out) > 0.0003
 
@@ -84,7 +84,7 @@ def test_a_neutral_take_places_markers_to_a_millimetre_or_two(rng):
     truth = glued(subject, "maycock26", rng)
     take, pose = still(truth, rng)
     found = place(subject, load_marker_set("maycock26"), gather([take], truth.labels))
-    start = dressed(subject, load_marker_set("maycock26"))[0]
+    start = put_on_skin(subject, load_marker_set("maycock26"))[0]
     before = np.linalg.norm(start.at - truth.at, axis=1)
     after = np.linalg.norm(found.model.at - truth.at, axis=1)
     assert after.mean() < 0.7 * before.mean()
@@ -104,12 +104,12 @@ def test_takes_that_move_refine_hand_and_places(rng):
     noisy = seen + rng.normal(scale=0.0002, size=seen.shape)
     rom = as_take(noisy, truth.labels)
     marker_set = load_marker_set("maycock26")
-    alone = dress(subject, [neutral], marker_set, FEW)
+    alone = locate_markers(subject, [neutral], marker_set, FEW)
     assert alone.report is None
     assert np.isnan(alone.subject.marker_sigma).all()
     assert alone.subject.errors["scan_fit_mean_m"] == 1e-4
     assert alone.subject.errors["neutral_rms_m"] == alone.placed.rms_m
-    refined = dress(subject, [neutral, rom], marker_set, FEW, name="T")
+    refined = locate_markers(subject, [neutral, rom], marker_set, FEW, name="T")
     assert refined.report is not None
     assert refined.subject.name == "T"
     assert refined.subject.surface is subject.surface
@@ -129,7 +129,7 @@ def test_what_is_no_scanned_hand_is_refused(rng):
     take, _ = still(truth, rng)
     marker_set = load_marker_set("maycock26")
     with pytest.raises(UsageError, match="has no skin"):
-        dress(replace(subject, surface=None), [take], marker_set, FEW)
+        locate_markers(replace(subject, surface=None), [take], marker_set, FEW)
 
 
 def test_a_marker_that_the_neutral_take_lacks_is_named(rng):
@@ -140,10 +140,10 @@ def test_a_marker_that_the_neutral_take_lacks_is_named(rng):
     hidden[:, 4] = np.nan
     lacking = as_take(hidden, truth.labels)
     with pytest.raises(HandcleanError, match=truth.labels[4]):
-        dress(subject, [lacking], load_marker_set("maycock26"), FEW)
+        locate_markers(subject, [lacking], load_marker_set("maycock26"), FEW)
     nothing = as_take(np.full_like(hidden, np.nan), truth.labels)
     with pytest.raises(HandcleanError, match="held still"):
-        dress(subject, [nothing], load_marker_set("maycock26"), FEW)
+        locate_markers(subject, [nothing], load_marker_set("maycock26"), FEW)
 
 
 def test_a_forearm_is_hung_on_where_the_set_needs_one():

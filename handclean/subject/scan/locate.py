@@ -20,7 +20,7 @@ from handclean.subject.calibrate import calibrate
 from handclean.subject.findings import CalibrationReport
 from handclean.subject.frames import (
     LEAST_FRAMES,
-    LEAST_SHARE,
+    LEAST_MARKER_SHARE,
     Frames,
     gather,
     thinned,
@@ -32,13 +32,13 @@ from handclean.tree import POSE_HEAD
 NEUTRAL_S = 1.0
 """[s] at the start of the first take in which the hand is held still."""
 
-LOOKED_AT, LEAST_MOVED = 200, 5
+MOST_FRAMES_LOOKED_AT, LEAST_MOVING_ANGLES = 200, 5
 """Frames that are looked at, and joints that must move in them, to be a range of
 motion."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Dressed:
+class Located:
     """A scanned hand with its markers.
 
     Attributes
@@ -53,14 +53,14 @@ class Dressed:
     report: CalibrationReport | None
 
 
-def dress(
+def locate_markers(
     scanned: Subject,
     takes: Sequence[Recording],
     marker_set: MarkerSet,
     settings: CalibrateConfig,
     *,
     name: str = "",
-) -> Dressed:
+) -> Located:
     """Find markers on a scanned hand; and with takes that move, the hand more closely.
 
     The scanned skin stays as it is: joints that takes move a little move inside it.
@@ -89,7 +89,7 @@ def dress(
     errors["neutral_set_rms_m"] = placed.start_rms_m
     errors["marker_height_m"] = float(np.median(placed.on.lift[~arm]))
     if not _moves(placed.model, every, settings.moved_rad):
-        return Dressed(
+        return Located(
             subject=replace(
                 scanned,
                 name=name,
@@ -105,7 +105,7 @@ def dress(
     found, report = calibrate(
         takes, marker_set, settings, side=side, name=name, known=placed.model
     )
-    return Dressed(
+    return Located(
         subject=replace(
             found, surface=scanned.surface, errors={**errors, **found.errors}
         ),
@@ -117,7 +117,7 @@ def dress(
 def _neutral(every: Frames) -> Frames:
     """Frames of the first take's first second that show most markers."""
     first = (every.take == 0) & (every.frame < NEUTRAL_S * every.rates[0])
-    rows = np.flatnonzero(first & (every.seen.mean(axis=1) >= LEAST_SHARE))
+    rows = np.flatnonzero(first & (every.seen.mean(axis=1) >= LEAST_MARKER_SHARE))
     if not len(rows):
         raise HandcleanError(
             "calibrate-hand: the first second of the first take hardly shows a marker; "
@@ -128,12 +128,12 @@ def _neutral(every: Frames) -> Frames:
 
 def _moves(model: Model, every: Frames, moved_rad: float) -> bool:
     """Whether several joints move enough to tell where they are."""
-    shown = np.flatnonzero(every.seen.mean(axis=1) >= LEAST_SHARE)
+    shown = np.flatnonzero(every.seen.mean(axis=1) >= LEAST_MARKER_SHARE)
     frames = every.only(shown)
-    frames = frames.only(thinned(frames, LOOKED_AT))
+    frames = frames.only(thinned(frames, MOST_FRAMES_LOOKED_AT))
     if len(frames) < LEAST_FRAMES:
         return False
     targets = np.where(frames.seen[:, :, None], frames.targets, np.nan)
     angles = solve_markers(model, targets).poses[:, POSE_HEAD:]
     low, high = np.percentile(angles, [5.0, 95.0], axis=0)
-    return int(np.count_nonzero(high - low > moved_rad)) >= LEAST_MOVED
+    return int(np.count_nonzero(high - low > moved_rad)) >= LEAST_MOVING_ANGLES
