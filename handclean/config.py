@@ -1,108 +1,22 @@
-"""Settings: a field of a dataclass, a key of a TOML table and an option are one thing.
+"""Settings put together: defaults, the configuration file, options.
 
-A settings class is a frozen dataclass whose fields are ``Annotated[type, "help"]``,
-``type`` being ``str``, ``int``, ``float``, ``bool`` or a tuple of one of them
-(``tuple[float, ...]`` or ``tuple[float, float]``), each with a default. Words that a
-str may be stand behind the help: ``Annotated[str, "help", ("left", "right")]``. Limits
-of a value are checked in ``__post_init__``, which raises ``ValueError("max_gap_s should
-be >= 0 s, not -1")``. Settings classes live in modules that import nothing heavy, so
-that ``handclean COMMAND --help`` stays instant; for the same reason numpy is not used
-here.
+`handclean.settings` says what a setting is. Nothing heavy is imported, so that
+``handclean COMMAND --help`` is instant.
 """
 
-import dataclasses
 import json
 import math
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar
 
 from handclean.errors import FileError, Place, UnknownSettingError, UsageError, Where
+from handclean.settings import Setting, settings_of
 from handclean.tomlfile import read_toml
 
 S = TypeVar("S")
-
-SCALARS = (str, int, float, bool)
-
-_MOST = {int: 2**31 - 1, float: 1e9}
-"""No setting is larger, whatever its unit: numbers computed from it stay numbers."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Setting:
-    """One setting.
-
-    Attributes
-    ----------
-    name : of the field and of the TOML key; the option is ``--name-with-dashes``.
-    kind : str, int, float or bool; of a tuple, what it holds.
-    count : 1 for a single value, n for a tuple of n, None for a tuple of any length.
-    is_tuple : whether the value is a tuple.
-    help : one sentence.
-    default : value when nothing is given.
-    words : what a str may be, to complete command lines; empty where that is open.
-    """
-
-    name: str
-    kind: type
-    count: int | None
-    is_tuple: bool
-    help: str
-    default: Any
-    words: tuple[str, ...] = ()
-
-    @property
-    def right(self) -> str:
-        """What a value should be, in words."""
-        name = self.kind.__name__
-        if not self.is_tuple:
-            return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
-        return (
-            f"a list of {name}s"
-            if self.count is None
-            else (f"a list of {self.count} {name}s")
-        )
-
-
-def settings_of(cls: type) -> tuple[Setting, ...]:
-    """List the settings of a settings class, in the order of its fields.
-
-    Raises
-    ------
-    TypeError
-        If a field is not what a settings class may hold.
-    """
-    assert dataclasses.is_dataclass(cls), cls
-    hints = get_type_hints(cls, include_extras=True)
-    return tuple(
-        _setting(field, hints[field.name]) for field in dataclasses.fields(cls)
-    )
-
-
-def _setting(field: "dataclasses.Field[Any]", hint: Any) -> Setting:
-    if get_origin(hint) is not Annotated or field.default is dataclasses.MISSING:
-        raise TypeError(f"{field.name} should be Annotated[type, 'help'] = default")
-    kind, text, *words = get_args(hint)
-    parts: tuple[Any, ...] = (kind,)
-    count: int | None = 1
-    if get_origin(kind) is tuple:
-        parts = get_args(kind)
-        count = len(parts)
-        if parts[-1] is Ellipsis:
-            parts, count = parts[:1], None
-    if len(set(parts)) != 1 or parts[0] not in SCALARS:
-        raise TypeError(f"{field.name} should be a plain value or a tuple of one kind")
-    return Setting(
-        name=field.name,
-        kind=parts[0],
-        count=count,
-        is_tuple=get_origin(kind) is tuple,
-        help=text,
-        default=field.default,
-        words=tuple(words[0]) if words else (),
-    )
 
 
 @dataclass(frozen=True)
@@ -229,17 +143,18 @@ def _value(where: Where, setting: Setting, value: Any) -> Any:
     wrong = UsageError(
         f"{setting.name} should be {setting.right}, not {value!r}", where=where
     )
-    if not setting.is_tuple:
-        if not _is(setting.kind, value):
-            raise wrong
-        return _plain(where, setting, value)
-    if not isinstance(value, list | tuple):
+    parts = value if setting.is_tuple else (value,)
+    if not isinstance(parts, list | tuple):
         raise wrong
-    if setting.count not in (None, len(value)):
+    if setting.count not in (None, len(parts)):
         raise wrong
-    if not all(_is(setting.kind, part) for part in value):
+    if not all(_is(setting.kind, part) for part in parts):
         raise wrong
-    return tuple(_plain(where, setting, part) for part in value)
+    plain = tuple(_plain(where, setting, part) for part in parts)
+    result = plain if setting.is_tuple else plain[0]
+    if broken := setting.broken(result):
+        raise UsageError(broken, where=where)
+    return result
 
 
 def _plain(where: Where, setting: Setting, value: Any) -> Any:
@@ -252,8 +167,6 @@ def _plain(where: Where, setting: Setting, value: Any) -> Any:
         raise UsageError(
             f"{setting.name} should be a finite number, not {value}", where=where
         )
-    if setting.kind in _MOST and abs(plain) > (most := _MOST[setting.kind]):
-        raise UsageError(f"{setting.name} should be {most:.10g} at most", where=where)
     return plain
 
 

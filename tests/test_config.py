@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from handclean import config
 from handclean.errors import UsageError
+from handclean.settings import Limits, expect_limits, settings_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,15 +20,16 @@ class FillConfig:
     """Settings of a step, one of each kind."""
 
     method: Annotated[str, "How to fill."] = "cubic"
-    max_gap_s: Annotated[float, "Longest gap to fill."] = 0.5
+    max_gap_s: Annotated[float, "Longest gap to fill.", Limits(least=0.0, unit="s")] = (
+        0.5
+    )
     samples: Annotated[int, "Samples on each side."] = 3
     ends: Annotated[bool, "Fill open ends."] = False
     markers: Annotated[tuple[str, ...], "Only these."] = ()
     range_s: Annotated[tuple[float, float], "From, to."] = (0.0, 1.5)
 
     def __post_init__(self) -> None:
-        if self.max_gap_s < 0:
-            raise ValueError(f"max_gap_s should be >= 0 s, not {self.max_gap_s}")
+        expect_limits(self)
 
 
 @pytest.fixture
@@ -183,8 +185,14 @@ def test_a_field_that_is_no_setting_is_refused():
     class Nested:
         inner: Annotated[dict, "A table."] = None
 
+    @dataclass(frozen=True)
+    class Misplaced:
+        name: Annotated[str, "A text.", Limits(least=0)] = ""
+
     with pytest.raises(TypeError, match="inner"):
-        config.settings_of(Nested)
+        settings_of(Nested)
+    with pytest.raises(TypeError, match="name should have Limits or Words"):
+        settings_of(Misplaced)
 
 
 def test_settings_import_nothing_heavy():

@@ -11,7 +11,7 @@ import pytest
 FLOORS = [
     {"errors"},
     {"tomltext"},
-    {"tomlfile"},
+    {"tomlfile", "settings"},
     {"arrays", "config", "remarks"},
     {"kernels"},
     {"numerics"},

@@ -6,6 +6,7 @@ from typing import Any
 
 from handclean import config
 from handclean.errors import UnknownSettingError
+from handclean.settings import settings_of
 
 
 def sorted_settings(
@@ -30,7 +31,7 @@ def sorted_settings(
     UsageError
         If a value is of the wrong type or outside its limits.
     """
-    names = {key: config.settings_of(cls) for key, cls in classes.items()}
+    names = {key: settings_of(cls) for key, cls in classes.items()}
     count = Counter(setting.name for some in names.values() for setting in some)
     known: dict[str, tuple[str, str]] = {}
     for key, some in names.items():

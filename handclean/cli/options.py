@@ -19,6 +19,7 @@ from handclean.cli import checks, completion, setting_options, tables
 from handclean.commands.shared.formats import RECORDINGS
 from handclean.commands.shared.take_options import TakeOptions
 from handclean.runner.batch import Batch
+from handclean.settings import settings_of
 
 _NOT_GIVEN = (ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
 
@@ -239,7 +240,7 @@ def settings(
         configuration file and options beat it.
     """
     start = f"{prefix}_" if prefix else ""
-    known = {start + setting.name: setting for setting in config.settings_of(cls)}
+    known = {start + setting.name: setting for setting in settings_of(cls)}
 
     def decorate(function: Function) -> Function:
         @functools.wraps(function)

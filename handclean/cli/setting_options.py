@@ -5,27 +5,30 @@ from typing import Any
 
 import click
 
-from handclean import config
 from handclean.cli import completion
+from handclean.settings import Setting
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
-def option(name: str, setting: config.Setting) -> Decorator:
+def option(name: str, setting: Setting) -> Decorator:
     """Make the option of a setting, which says its default in its help."""
     flag = "--" + name.replace("_", "-")
     shown = setting.default
     if setting.is_tuple:
         shown = " ".join(map(str, setting.default)) or "none"
-    known = completion.SETTINGS.get(setting.name, completion.words(setting.words))
-    about: dict[str, Any] = {
-        "default": None,
-        "shell_complete": known,
-        "help": f"{setting.help}  [default: {shown}]",
-    }
     if setting.kind is bool and not setting.is_tuple:
         shown = "yes" if setting.default else "no"
-        about["help"] = f"{setting.help}  [default: {shown}]"
+    words = setting.words.known if setting.words else ()
+    limits = f"; {setting.range}" if setting.range else ""
+    about: dict[str, Any] = {
+        "default": None,
+        "shell_complete": completion.SETTINGS.get(
+            setting.name, completion.words(words)
+        ),
+        "help": f"{setting.help}  [default: {shown}{limits}]",
+    }
+    if setting.kind is bool and not setting.is_tuple:
         return click.option(f"{flag}/--no-{flag[2:]}", name, **about)
     if setting.is_tuple and setting.count is None:
         return _several(name, flag, setting, **about)
@@ -34,7 +37,7 @@ def option(name: str, setting: config.Setting) -> Decorator:
     return click.option(flag, name, type=setting.kind, **about)
 
 
-def _several(name: str, flag: str, setting: config.Setting, **about: Any) -> Decorator:
+def _several(name: str, flag: str, setting: Setting, **about: Any) -> Decorator:
     """Make an option of a setting that is any number of values.
 
     A single empty text is none of them, to beat a file that has some.

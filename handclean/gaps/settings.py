@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
+from handclean.settings import Limits, Words, expect_limits
+
 METHODS = (
     "min-acceleration",
     "coupled",
@@ -19,19 +21,20 @@ METHODS = (
 class FillConfig:
     """Settings of ``fill-gaps``."""
 
-    method: Annotated[str, f"How to fill: {', '.join(METHODS)}.", METHODS] = "coupled"
-    max_gap_s: Annotated[float, "Longest gap to fill; longer ones stay open."] = 0.5
+    method: Annotated[str, f"How to fill: {', '.join(METHODS)}.", Words(METHODS)] = (
+        "coupled"
+    )
+    max_gap_s: Annotated[
+        float,
+        "Longest gap to fill; longer ones stay open.",
+        Limits(least=0.0, unit="s"),
+    ] = 0.5
     seed_frames: Annotated[
         int,
         "Measured frames a gap needs on each side, within twice as many frames; "
         "a shorter gap as many as it has.",
+        Limits(least=5),
     ] = 5
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            known = ", ".join(METHODS)
-            raise ValueError(f"method should be one of {known}, not '{self.method}'")
-        if not self.max_gap_s >= 0.0:
-            raise ValueError(f"max_gap_s should be >= 0 s, not {self.max_gap_s}")
-        if self.seed_frames < 5:
-            raise ValueError(f"seed_frames should be >= 5, not {self.seed_frames}")
+        expect_limits(self)

@@ -17,6 +17,7 @@ from handclean.cli import options, tables
 from handclean.runner import many
 from handclean.runner.batch import Batch
 from handclean.runner.command import Work
+from handclean.settings import Limits, expect_limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,15 +25,14 @@ class TallyConfig:
     """Settings of ``tally``, one of each kind."""
 
     method: Annotated[str, "How to count."] = "by hand"
-    max_gap_s: Annotated[float, "Longest gap."] = 0.5
+    max_gap_s: Annotated[float, "Longest gap.", Limits(least=0.0, unit="s")] = 0.5
     times: Annotated[int, "How often."] = 1
     aloud: Annotated[bool, "Whether to be heard."] = False
     words: Annotated[tuple[str, ...], "Only these."] = ()
     between: Annotated[tuple[float, float], "From, to."] = (0.0, 1.0)
 
     def __post_init__(self):
-        if self.max_gap_s < 0:
-            raise ValueError(f"max_gap_s should be >= 0 s, not {self.max_gap_s}")
+        expect_limits(self)
 
 
 @click.command("tally")

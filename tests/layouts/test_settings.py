@@ -2,8 +2,8 @@
 
 import pytest
 
-from handclean.config import settings_of
 from handclean.layouts.settings import LayoutConfig
+from handclean.settings import settings_of
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from handclean.ik.settings import SolveConfig
 from handclean.labels.settings import LabelConfig
 from handclean.layouts.evaluate_settings import EvaluateConfig
 from handclean.layouts.settings import LayoutConfig
+from handclean.settings import Limits, expect_limits
 from handclean.simulation.settings import SimulateConfig
 from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig
@@ -24,15 +25,16 @@ class LearnConfig:
     """Settings of ``learn subspace``."""
 
     directions: Annotated[
-        int, "How many directions to keep; 0: as many as hold the share."
+        int,
+        "How many directions to keep; 0: as many as hold the share.",
+        Limits(least=0),
     ] = 0
-    share: Annotated[float, "Share of the variance the directions hold."] = 0.95
+    share: Annotated[
+        float, "Share of the variance the directions hold.", Limits(above=0.0, most=1.0)
+    ] = 0.95
 
     def __post_init__(self) -> None:
-        if self.directions < 0:
-            raise ValueError(f"directions should be >= 0, not {self.directions}")
-        if not 0.0 < self.share <= 1.0:
-            raise ValueError(f"share should lie between 0 and 1, not {self.share}")
+        expect_limits(self)
 
 
 @dataclass(frozen=True, kw_only=True)
