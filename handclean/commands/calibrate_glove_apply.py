@@ -14,7 +14,7 @@ from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import GloveApplying
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.glove import readings as checks
-from handclean.glove.calibrate import (
+from handclean.glove.calibration import (
     Calibration,
     foreign,
     predict_measured,

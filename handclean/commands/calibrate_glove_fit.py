@@ -13,13 +13,8 @@ from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import GloveFitting
 from handclean.errors import HandcleanError, UnknownSettingError
 from handclean.glove import samples as samples_of
-from handclean.glove.calibrate import (
-    FitTask,
-    RotationFit,
-    assemble,
-    fit_tasks,
-    run_task,
-)
+from handclean.glove.calibrate import FitTask, assemble, fit_tasks, run_task
+from handclean.glove.calibration import RotationFit
 from handclean.glove.models import KINDS
 from handclean.runner import progress
 from handclean.runner.batch import Source

@@ -8,7 +8,7 @@ from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import GloveRewearing
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.glove import samples as samples_of
-from handclean.glove.rewear import rewear
+from handclean.glove.donning import adapt_to_donning
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
@@ -41,7 +41,7 @@ def calibrate_glove_rewear(
         [glove_files.read_samples(source.path)[0] for source in sources]
     )
     try:
-        found = rewear(calibration, samples)
+        found = adapt_to_donning(calibration, samples)
     except HandcleanError as error:
         raise FileError(given, str(error)) from None
 

@@ -12,10 +12,10 @@ from handclean.commands.shared import glove_files, sessions
 from handclean.commands.shared.choices import GloveSampling
 from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, HandcleanError, Place, UsageError
-from handclean.glove import claims, touch
+from handclean.glove import claims, reach, touch
 from handclean.glove import readings as checks
 from handclean.glove import samples as samples_of
-from handclean.glove.calibrate import predict_measured
+from handclean.glove.calibration import predict_measured
 from handclean.glove.gloves import Glove
 from handclean.glove.poses import key_pose, place_of
 from handclean.glove.samples import FK, IK, Samples
@@ -267,7 +267,7 @@ def _touch(
     source = one.source
     tree, _ = glove_files.tree_of(source, glove)
     fingers = [name.strip() for name in settings.touch.split(",") if name.strip()]
-    chains = touch.chains_of(glove, tree, fingers)
+    chains = reach.chains_of(glove, tree, fingers)
     if "start" in source.files:
         begun = glove_files.read_calibration(source.files["start"])
         if begun.glove.sensors != glove.sensors:
@@ -342,7 +342,7 @@ def _markers(one: _Recording, settings: GloveSampling, glove: Glove) -> Floats:
         )
     except HandcleanError as error:
         raise FileError(source.path, f"with {path.name}: {error}") from None
-    one.figures.update(offset_s=offset.seconds, likeness=offset.likeness)
+    one.figures.update(offset_s=offset.seconds, likeness=offset.correlation)
     return at_times(take.times, rotations, one.times[one.rows] + offset.seconds)
 
 

@@ -1,11 +1,10 @@
-"""A calibration: a model per measured rotation, learnt from samples.
+"""Learn a calibration: a model per measured rotation, from samples.
 
-The entry of ``calibrate-glove fit`` and ``apply``. What a rotation's model takes is its
-measuring sensor and those that affect it; the linear calibrations, which know nothing
-of coupling, take the measuring sensor alone. Rotations that follow others get their
-mean and variance from them. How far
-their variance can be believed, `handclean.glove.held_out` finds by holding recordings
-out; what another wearing changes, which no single wearing shows, is added.
+The entry of ``calibrate-glove fit``. What a rotation's model takes is its measuring
+sensor and those that affect it; the linear calibrations, which know nothing of
+coupling, take the measuring sensor alone. How far the models' variance can be believed,
+`handclean.glove.held_out` finds by holding recordings out; what another donning
+changes, which no single donning shows, is added.
 """
 
 from collections.abc import Sequence
@@ -13,11 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats, Ints
+from handclean.arrays import Floats, Ints
 from handclean.errors import HandcleanError
+from handclean.glove.calibration import Calibration, RotationFit
 from handclean.glove.gloves import Correspondence, Glove
-from handclean.glove.held_out import angles_told, held_out
-from handclean.glove.models import Fitted, fit
+from handclean.glove.held_out import count_angles, fit_variance
+from handclean.glove.models import fit
 from handclean.glove.samples import FK, IK, Samples, spread
 from handclean.glove.settings import GloveFitConfig
 from handclean.numerics.gp.settings import FitSettings
@@ -25,14 +25,12 @@ from handclean.numerics.gp.settings import FitSettings
 LINEAR = ("linear", "two-pose")
 """Models of one sensor."""
 
-_FEW = 3
-"""Angles below which a rotation's curve is not known between them."""
+_LEAST_ANGLES = 3
+"""Angles at which a rotation is known, below which its curve between them is not
+(chosen)."""
 
-_RULE = 0.1
-"""Share of what follows (a DIP its PIP) by which people differ from the rule."""
-
-_BEYOND = 0.25
-"""Readings this share of the samples' range outside of it are foreign to them."""
+_LEAST_TURN_RAD = 1e-6
+"""[rad] a rotation that turns less in all samples is constant (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,79 +58,6 @@ class FitTask:
     seed: int
 
 
-@dataclass(frozen=True, kw_only=True)
-class RotationFit:
-    """The model of one rotation.
-
-    Attributes
-    ----------
-    rotation, sensors : what of what.
-    fitted : the model.
-    fk, ik : samples it was learnt from.
-    scale, floor : k and e [rad] of its variance.
-    """
-
-    rotation: str
-    sensors: tuple[str, ...]
-    fitted: Fitted
-    fk: int
-    ik: int
-    scale: float = 1.0
-    floor: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Wearing:
-    """How a wearing differs from the one of the samples, see `handclean.glove.rewear`.
-
-    Attributes
-    ----------
-    middle, shift, gain : (S,) of x' = middle + gain (x - middle) + shift.
-    doubt : [rad] what is not known of them, one standard deviation.
-    """
-
-    middle: Floats
-    shift: Floats
-    gain: Floats
-    doubt: float
-
-    def as_before(self, readings: Floats) -> Floats:
-        """(T, S) readings x' of the earlier wearing for x of this one."""
-        out: Floats = self.middle + self.gain * (readings - self.middle) + self.shift
-        return out
-
-
-@dataclass(frozen=True, kw_only=True)
-class Calibration:
-    """What turns a glove's readings into rotations.
-
-    Attributes
-    ----------
-    glove : which it is for.
-    kind : of the models; use : of samples, "all", "fk" or "ik".
-    subject : who wore it.
-    fits : one per measured rotation, in the glove's order; some may be missing.
-    low, high : (S,) readings of the samples' range, NaN for sensors not used.
-    repeat : [rad] what another wearing changes, one standard deviation.
-    wearing : what the readings of this wearing were in that of the samples; None if it
-        is the same.
-    """
-
-    glove: Glove
-    kind: str
-    use: str
-    subject: str
-    fits: tuple[RotationFit, ...]
-    low: Floats
-    high: Floats
-    repeat: float = 0.0
-    wearing: Wearing | None = None
-
-    def as_sampled(self, readings: Floats) -> Floats:
-        """(T, S) what the samples' wearing would have read."""
-        return readings if self.wearing is None else self.wearing.as_before(readings)
-
-
 def fit_tasks(
     glove: Glove, samples: Samples, settings: GloveFitConfig, seed: int
 ) -> tuple[list[FitTask], tuple[str, ...]]:
@@ -152,10 +77,10 @@ def fit_tasks(
             told.append(f"{row.rotation} is not calibrated: {why}")
             continue
         tasks.append(task)
-        if (count := angles_told(task.targets, task.group)) < _FEW:
+        if (count := count_angles(task.targets, task.group)) < _LEAST_ANGLES:
             told.append(
                 f"{row.rotation} is known at {count} angles; what lies between is a "
-                f"guess, {_FEW} or more would tell"
+                f"guess, {_LEAST_ANGLES} or more would tell"
             )
     if not tasks:
         raise HandcleanError(
@@ -177,16 +102,8 @@ def _task(
     targets = samples.targets[:, glove.hand.index(row.rotation)]
     inputs = samples.readings[:, columns]
     known = np.flatnonzero(np.isfinite(targets) & np.isfinite(inputs).all(axis=1))
-    if len(known) < len(sensors) + 3:
-        return None, f"{len(known)} samples know it"
-    if np.ptp(targets[known]) < 1e-6:
-        angle = np.degrees(targets[known[0]])
-        return None, f"it is {angle:.4g} degrees in all its {len(known)} samples"
-    if np.ptp(inputs[known, 0]) <= 1e-9 * np.abs(inputs[known, 0]).max():
-        raise HandcleanError(
-            f"samples: {row.measured_by} reads {inputs[known[0], 0]:g} in all "
-            f"{len(known)} samples of {row.rotation}; a sensor that works changes"
-        )
+    if why := _untold(row, inputs[known], targets[known]):
+        return None, why
     rows = known[_even(samples, known, settings.most)]
     kinds = samples.kind[rows]
     return (
@@ -199,15 +116,42 @@ def _task(
             fk=int((kinds == FK).sum()),
             ik=int((kinds == IK).sum()),
             kind=settings.model,
-            settings=FitSettings(
-                starts=settings.starts,
-                pseudo_inputs=max(min(settings.pseudo_inputs, len(rows) - 1), 1),
-                evaluations=settings.evaluations,
-                least_noise=float(np.radians(settings.noise_deg)),
-            ),
+            settings=_fit_settings(settings, len(rows)),
             seed=seed,
         ),
         "",
+    )
+
+
+def _untold(row: Correspondence, inputs: Floats, targets: Floats) -> str:
+    """Say why (N, C) readings and (N,) [rad] angles tell nothing of a rotation, or "".
+
+    Raises
+    ------
+    HandcleanError
+        If the measuring sensor never changed although the rotation did.
+    """
+    count, sensors = inputs.shape
+    if count < sensors + 3:
+        return f"{count} samples know it"
+    if np.ptp(targets) < _LEAST_TURN_RAD:
+        angle = np.degrees(targets[0])
+        return f"it is {angle:.4g} degrees in all its {count} samples"
+    if np.ptp(inputs[:, 0]) <= 1e-9 * np.abs(inputs[:, 0]).max():
+        raise HandcleanError(
+            f"samples: {row.measured_by} reads {inputs[0, 0]:g} in all "
+            f"{count} samples of {row.rotation}; a sensor that works changes"
+        )
+    return ""
+
+
+def _fit_settings(settings: GloveFitConfig, samples: int) -> FitSettings:
+    """Settings of one rotation's fit, with fewer pseudo-inputs than samples."""
+    return FitSettings(
+        starts=settings.starts,
+        pseudo_inputs=max(min(settings.pseudo_inputs, samples - 1), 1),
+        evaluations=settings.evaluations,
+        least_noise=float(np.radians(settings.noise_deg)),
     )
 
 
@@ -243,7 +187,7 @@ def run_task(task: FitTask) -> RotationFit:
     except HandcleanError as error:
         raise HandcleanError(f"{error}", where=task.rotation) from None
     least = task.settings.least_noise
-    scale, floor = held_out(
+    scale, floor = fit_variance(
         task.kind, task.inputs, task.targets, task.group, least, rng
     )
     return RotationFit(
@@ -287,72 +231,3 @@ def calibrate(
     """Fit all rotations, one after the other."""
     tasks, _ = fit_tasks(glove, samples, settings, seed)
     return assemble(glove, samples, settings, [run_task(task) for task in tasks])
-
-
-def predict_measured(
-    calibration: Calibration, readings: Floats
-) -> tuple[Floats, Floats]:
-    """(T, R') [rad], [rad^2] mean and variance of measured rotations.
-
-    Those that are not calibrated stay at 0 with a variance of NaN.
-    """
-    glove = calibration.glove
-    worn = calibration.wearing
-    off = calibration.repeat if worn is None else worn.doubt
-    readings = calibration.as_sampled(readings)
-    order = [row.rotation for row in glove.measured]
-    mean = np.zeros((len(readings), len(order)))
-    variance = np.full(mean.shape, np.nan)
-    for one in calibration.fits:
-        columns = [glove.sensors.index(sensor) for sensor in one.sensors]
-        k = order.index(one.rotation)
-        inputs = np.ascontiguousarray(readings[:, columns])
-        mean[:, k], own = one.fitted.predict(inputs)
-        more = one.floor**2 + off**2
-        variance[:, k] = one.scale * own + more
-    return mean, variance
-
-
-def to_hinges(
-    glove: Glove, names: Sequence[str], mean: Floats, variance: Floats
-) -> tuple[Floats, Floats]:
-    """(T, D) [rad] hinge angles and their sigma from measured rotations.
-
-    Rotations count as independent. One that follows others is in doubt as they are,
-    and as people differ in how it follows. A hinge that nothing measures stays where
-    the glove says, or at zero, and its sigma is NaN.
-    """
-    factor, rest = glove.completion()
-    follows = [r for r in glove.hand.rotations if glove.row(r).follows is not None]
-    rule = [glove.hand.index(r) for r in follows]
-    matrix = glove.hand.to_hinges(names)
-    couple = matrix @ factor
-    angles = np.tile(matrix @ rest, (len(mean), 1))
-    sigma = np.full(angles.shape, np.nan)
-    for d in np.flatnonzero(np.abs(couple).sum(axis=1) > 0.0):
-        used = couple[d] != 0.0  # what is missing spoils only what needs it
-        angles[:, d] += mean[:, used] @ couple[d, used]
-        doubt = variance[:, used] @ couple[d, used] ** 2
-        for r in rule:
-            if matrix[d, r] != 0.0:
-                followed = mean[:, used] @ factor[r, used]
-                doubt += (_RULE * matrix[d, r] * followed) ** 2
-        sigma[:, d] = np.sqrt(doubt)
-    return angles, sigma
-
-
-def sure(calibration: Calibration, variance: Floats, max_sigma: float) -> Bools:
-    """(T,) frames in which every calibrated rotation is sure enough [rad]."""
-    order = [row.rotation for row in calibration.glove.measured]
-    own = [order.index(one.rotation) for one in calibration.fits]
-    return np.asarray((variance[:, own] <= max_sigma**2).all(axis=1))
-
-
-def foreign(calibration: Calibration, readings: Floats) -> Bools:
-    """(T, S) whether a sensor reads what no sample came near."""
-    readings = calibration.as_sampled(readings)
-    size = calibration.high - calibration.low
-    with np.errstate(invalid="ignore"):
-        below = readings < calibration.low - _BEYOND * size
-        out = below | (readings > calibration.high + _BEYOND * size)
-    return np.asarray(out)

@@ -12,20 +12,21 @@ from handclean.glove.readings import smooth
 from handclean.hand.pronation import with_pronation
 from handclean.hand.template import template
 
-_ODD, _FAR = np.radians(5.0), np.radians(20.0)
-"""[rad] beyond an active range: worth a word, and more than any hand does."""
+_REMARK_BEYOND_RAD, _ERROR_BEYOND_RAD = np.radians(5.0), np.radians(20.0)
+"""[rad] beyond an active range: worth a remark; more than any hand does (chosen)."""
 
-_SLOW_HZ = 2.0
-"""Readings slower than this move because the hand does."""
+_MOTION_CUTOFF_HZ = 2.0
+"""[Hz] readings that change more slowly do so because the hand moves (chosen)."""
 
-_STILL = np.radians(10.0)
-"""[rad] by which readings of a pose may drift, with the sensor's noise."""
+_MOST_DRIFT_RAD = np.radians(10.0)
+"""[rad] by which readings of a pose may drift, with the sensor's noise (chosen)."""
 
-_STILL_SHARE = 0.05
-"""The same in shares of the converter's range, where a sensor's own is not known."""
+_MOST_DRIFT_SHARE = 0.05
+"""[-] the same in shares of the converter's range, where a sensor's own is not known
+(chosen)."""
 
-_INNER = (0.025, 0.975)
-"""Quantiles between which readings are looked at."""
+_DRIFT_QUANTILES = (0.025, 0.975)
+"""[-] quantiles of the readings between which drift is measured (chosen)."""
 
 
 def expect_pose(
@@ -78,7 +79,10 @@ def expect_reachable(
     for name, angle, (low, high) in zip(
         hand.rotations, rotations, hand.ranges, strict=True
     ):
-        if np.isfinite(angle) and _expect(where, name, angle, low, high) > _ODD:
+        if (
+            np.isfinite(angle)
+            and _expect(where, name, angle, low, high) > _REMARK_BEYOND_RAD
+        ):
             told.append(
                 f"{where}: {name} is {np.degrees(angle):g} degrees; its active range "
                 f"goes from {np.degrees(low):g} to {np.degrees(high):g}"
@@ -89,7 +93,7 @@ def expect_reachable(
 def _expect(where: Where, name: str, angle: float, low: float, high: float) -> float:
     """[rad] by how much an angle lies beyond a range; far beyond is an error."""
     beyond = max(low - angle, angle - high)
-    if beyond > _FAR:
+    if beyond > _ERROR_BEYOND_RAD:
         raise FileError(
             where,
             f"{name} is {np.degrees(angle):g} degrees",
@@ -123,24 +127,24 @@ def moved(glove: Glove, times: Floats, readings: Floats, rows: Ints) -> str:
     times : (T,) [s]; readings : (T, S).
     rows : frames that are looked at.
     """
-    slow = smooth(glove, times, readings, _SLOW_HZ)[rows]
+    slow = smooth(glove, times, readings, _MOTION_CUTOFF_HZ)[rows]
     found: dict[str, tuple[float, str]] = {}
     for row in glove.measured:
         sensor = row.measured_by
         values = slow[:, glove.sensors.index(sensor)]
         if not np.isfinite(values).any():
             continue
-        low, high = np.nanquantile(values, _INNER)
+        low, high = np.nanquantile(values, _DRIFT_QUANTILES)
         if sensor in glove.reading:
             first, last = glove.reading[sensor]
             active = float(np.ptp(glove.hand.ranges[glove.hand.index(row.rotation)]))
             turn = active * (high - low) / abs(last - first)
             words = f"by {np.degrees(turn):.0f} degrees"
-            excess = turn / _STILL
+            excess = turn / _MOST_DRIFT_RAD
         elif glove.limits is not None:
             full = glove.limits[1] - glove.limits[0]
             words = f"by {high - low:.0f} of {full:g}"
-            excess = (high - low) / (_STILL_SHARE * full)
+            excess = (high - low) / (_MOST_DRIFT_SHARE * full)
         else:
             continue
         if excess > 1.0:

@@ -20,8 +20,12 @@ from handclean.arrays import Floats
 from handclean.errors import HandcleanError, UnknownNameError, Where
 from handclean.glove.gloves import Glove
 
-_MEDIAN = 0.418
-"""Standard deviation that a median of nine leaves of normal noise."""
+_MEDIAN_NOISE_SD = 0.418
+"""[-] standard deviation that a median of nine leaves of normal noise of one (a
+property of the normal distribution)."""
+
+_LEAST_READINGS = 30
+"""Readings of a sensor in a recording, at least (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,9 +145,9 @@ def _range(glove: Glove, recording: Moved) -> tuple[float, float]:
 def _column(glove: Glove, recording: Moved, sensor: str) -> Floats:
     values = recording.readings[:, glove.sensors.index(sensor)]
     values = values[np.isfinite(values)]
-    if len(values) < 30:
+    if len(values) < _LEAST_READINGS:
         raise HandcleanError(
-            f"has {len(values)} readings of {sensor}; 30 are needed",
+            f"has {len(values)} readings of {sensor}; {_LEAST_READINGS} are needed",
             where=recording.where,
         )
     return values
@@ -162,7 +166,7 @@ def _effect(
     noise = 0.5 * float(np.mean(np.diff(values) ** 2))
     spread = np.sqrt(max(float(values.var()) - noise, 0.0)) / size
     smooth = median_filter(values, 9, mode="nearest")
-    calm = 3.0 * _MEDIAN * np.sqrt(noise) / size
+    calm = 3.0 * _MEDIAN_NOISE_SD * np.sqrt(noise) / size
     farthest = float(np.abs(smooth - values.mean()).max()) / size
     return Effect(
         sensor=sensor,

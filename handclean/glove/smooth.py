@@ -14,19 +14,20 @@ import numpy as np
 
 from handclean.arrays import Bools, Floats
 
-_HALF = 1.4692
-"""omega s at which (1 + x) exp(-x), x = (omega s)^2 / 2, has fallen to 1/sqrt 2."""
+_HALF_POWER = 1.4692
+"""[-] omega s at which (1 + x) exp(-x), x = (omega s)^2 / 2, has fallen to 1/sqrt 2."""
 
-_WIDE = 4.5
-"""Standard deviations s within which neighbours count."""
+_REACH_SD = 4.5
+"""[-] standard deviations s within which neighbours count (chosen)."""
 
-_SINGULAR = 1e-7
-"""Share of its diagonal's product below which a determinant counts as zero."""
+_LEAST_DETERMINANT_SHARE = 1e-7
+"""[-] share of its diagonal's product below which a determinant counts as zero
+(chosen)."""
 
 
 def width(cutoff_hz: float) -> float:
     """[s] standard deviation of the weights of a filter with this cutoff."""
-    return _HALF / (2.0 * np.pi * cutoff_hz)
+    return _HALF_POWER / (2.0 * np.pi * cutoff_hz)
 
 
 Judge = Callable[[Floats], Bools]
@@ -70,7 +71,7 @@ def smoothed_chunks(
         for times, values in chunks:
             yield times, values, values
         return
-    reach = _WIDE * width(cutoff_hz)
+    reach = _REACH_SD * width(cutoff_hz)
     before = 0  # leading frames that were given out, and are here as neighbours
     held: tuple[Floats, Floats] | None = None
     for times, values in chunks:
@@ -106,7 +107,7 @@ def _filtered(
     _add(moments, sums, np.zeros(len(times)), there, plain, slice(None), slice(None))
     for lag in range(1, len(times)):
         apart = (times[lag:] - times[:-lag]) / size
-        if apart.min() > _WIDE:
+        if apart.min() > _REACH_SD:
             break
         early, late = slice(None, -lag), slice(lag, None)
         _add(moments, sums, apart, there, plain, early, late)
@@ -125,7 +126,7 @@ def _add(
     other: slice,
 ) -> None:
     """Let the frames ``other`` count as neighbours of the frames ``here``."""
-    weight = np.where(np.abs(apart) <= _WIDE, np.exp(-0.5 * apart**2), 0.0)[:, None]
+    weight = np.where(np.abs(apart) <= _REACH_SD, np.exp(-0.5 * apart**2), 0.0)[:, None]
     for power in range(5):
         term = weight * apart[:, None] ** power
         moments[power, here] += term * there[other]
@@ -139,6 +140,6 @@ def _parabola(m: Floats, y: Floats) -> tuple[Floats, Bools]:
     b = m[1] * m[4] - m[2] * m[3]
     c = m[1] * m[3] - m[2] ** 2
     whole = m[0] * a - m[1] * b + m[2] * c
-    safe = whole > _SINGULAR * m[0] * m[2] * m[4]
+    safe = whole > _LEAST_DETERMINANT_SHARE * m[0] * m[2] * m[4]
     value = (y[0] * a - y[1] * b + y[2] * c) / np.where(safe, whole, 1.0)
     return value, safe

@@ -13,11 +13,14 @@ import numpy as np
 from handclean.arrays import Floats, Ints
 from handclean.errors import HandcleanError
 
-_LEAST_S = 2.0
-"""[s] the streams must overlap."""
+_LEAST_OVERLAP_S = 2.0
+"""[s] the streams overlap by, at least (chosen)."""
 
-_LEAST_LIKENESS = 0.5
-"""Below this mean correlation the streams do not show one motion."""
+_LEAST_CORRELATION = 0.5
+"""[-] streams of one motion have a larger root mean square correlation (chosen)."""
+
+_OTHER_PEAK_S = 0.5
+"""[s] an offset farther than this from the best one is another peak (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,12 +30,12 @@ class Offset:
     Attributes
     ----------
     seconds : what to add to the glove's times to have the markers'.
-    likeness : root mean square correlation there, 0 to 1.
+    correlation : root mean square correlation there, 0 to 1.
     next_best : the highest at an offset at least half a second away.
     """
 
     seconds: float
-    likeness: float
+    correlation: float
     next_best: float
 
 
@@ -65,24 +68,25 @@ def find_offset(
     reach = int(np.ceil((most + abs(start)) / step))
     lags = np.arange(-reach, reach + 1)
     offsets = start + lags * step
-    score = _scores(one, other, lags, int(_LEAST_S / step))
+    score = _scores(one, other, lags, int(_LEAST_OVERLAP_S / step))
     score[np.abs(offsets) > most + 0.5 * step] = np.nan
     if not np.isfinite(score).any():
         raise HandcleanError(
-            f"streams: overlap less than {_LEAST_S:g} s at offsets up to {most:g} s"
+            f"streams: overlap less than {_LEAST_OVERLAP_S:g} s at offsets up to "
+            f"{most:g} s"
         )
     best = int(np.nanargmax(score))
-    likeness = float(np.sqrt(score[best]))
-    if likeness < _LEAST_LIKENESS:
+    correlation = float(np.sqrt(score[best]))
+    if correlation < _LEAST_CORRELATION:
         raise HandcleanError(
-            f"streams: correlate {likeness:.2f} at best, {offsets[best]:.2f} s apart; "
-            "they do not seem to be of the same motion"
+            f"streams: correlate {correlation:.2f} at best, {offsets[best]:.2f} s "
+            "apart; they do not seem to be of the same motion"
         )
-    far = np.abs(lags - lags[best]) * step >= 0.5
+    far = np.abs(lags - lags[best]) * step >= _OTHER_PEAK_S
     rest = score[far & np.isfinite(score)]
     return Offset(
         seconds=float(offsets[best] + step * _between(score, best)),
-        likeness=likeness,
+        correlation=correlation,
         next_best=float(np.sqrt(rest.max())) if len(rest) else 0.0,
     )
 

@@ -4,7 +4,7 @@ Simulated glove (18 sensors; curves and coupling outside the models' class, 1.1 
 of noise, 8 bits), seeds of which each is another glove and another hand. Calibrated in
 one wearing: eight key poses, widgets, touching; tested in another, except where said.
 Readings are smoothed as `sample` and `apply` do, except where said. "Worn again" is a
-calibration adapted by `rewear` to the wearing of the test, by two key poses, flat and
+calibration adapted by `rewear` to the donning of the test, by two key poses, flat and
 fist, and pinches of index and little finger recorded anew. "With markers" has samples
 of 600 frames of free movement whose angles were solved, as a laboratory would: the hand
 is calibrated from a range-of-motion take of the same 26 markers, each glued within 1 mm
@@ -23,12 +23,13 @@ import numpy as np
 from measuring import counted
 
 from handclean.glove import calibrate as cal
-from handclean.glove import examine, readings, touch
+from handclean.glove import calibration as calibration_of
+from handclean.glove import examine, reach, readings, touch
 from handclean.glove import samples as taken
 from handclean.glove.definitions import load_glove
+from handclean.glove.donning import adapt_to_donning
 from handclean.glove.gloves import with_coupling
 from handclean.glove.poses import key_poses
-from handclean.glove.rewear import rewear
 from handclean.glove.settings import GloveApplyConfig, GloveFitConfig
 from handclean.glove.smooth import smoothed
 from handclean.hand.marker_set import load_marker_set
@@ -197,7 +198,7 @@ class Session:
             given = (self.glove, take.readings[rows], targets, taken.FK, take.name)
             out.append(taken.make_samples(*given))
         pinches, _ = self.ik(calibration, "w2/pinch", ("index", "little"))
-        return rewear(calibration, taken.merged([*out, pinches])).calibration
+        return adapt_to_donning(calibration, taken.merged([*out, pinches])).calibration
 
     def ik(self, start=None, what="w1/touch", fingers=LONG):
         """Samples of touching, and the share of frames in which tips met."""
@@ -205,14 +206,16 @@ class Session:
         for finger in fingers:
             take = self.takes[f"{what}-thumb-{finger}"]
             rows = taken.spread(len(take.times), 250)
-            chains = touch.chains_of(
+            chains = reach.chains_of(
                 self.glove, self.made.wearer.tree, ["thumb", finger]
             )
             if start is None:
                 m = readings.rescaled(self.glove, take.readings[rows])
                 sigma = touch.start_sigma(self.glove)
             else:
-                m, variance = cal.predict_measured(start, take.readings[rows])
+                m, variance = calibration_of.predict_measured(
+                    start, take.readings[rows]
+                )
                 sigma = np.sqrt(np.maximum(variance, np.radians(1.5) ** 2))
             met = touch.meet(self.glove, chains, m, sigma)
             good = met.apart <= 5e-4
@@ -227,7 +230,7 @@ class Session:
         values = self.takes[name].readings
         if calibration is None:
             return readings.rescaled(self.glove, values), None
-        return cal.predict_measured(calibration, values)
+        return calibration_of.predict_measured(calibration, values)
 
     def errors(self, calibration, name):
         return np.degrees(np.abs(self.predict(calibration, name)[0] - self.truth(name)))
@@ -235,7 +238,9 @@ class Session:
     def tips(self, calibration, finger, wearing=2):
         name = f"w{wearing}/touch-thumb-{finger}"
         mean, _ = self.predict(calibration, name)
-        angles, _ = cal.to_hinges(self.glove, self.hinges, mean, np.zeros_like(mean))
+        angles, _ = calibration_of.to_hinges(
+            self.glove, self.hinges, mean, np.zeros_like(mean)
+        )
         return tip_distance(self.made.wearer, finger, angles)
 
     def z(self, calibration, names):
@@ -427,7 +432,7 @@ def figure_13():
         add("26 markers against truth", by_markers, true)
         for name in ("linear", "FK only", "LMC-GPR", "SPGP-100", "with markers"):
             mean, _ = session.predict(made[name], take.name)
-            angles, _ = cal.to_hinges(
+            angles, _ = calibration_of.to_hinges(
                 session.glove, session.hinges, mean, np.zeros_like(mean)
             )
             rows = poses.copy()

@@ -20,7 +20,7 @@ from handclean.commands.shared.choices import (
     Simulating,
 )
 from handclean.commands.table import COMMANDS
-from handclean.glove.calibrate import predict_measured
+from handclean.glove.calibration import predict_measured
 from handclean.glove.definitions import load_glove
 from handclean.glove.poses import key_poses
 from handclean.glove.settings import (

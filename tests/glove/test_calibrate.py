@@ -8,6 +8,7 @@ from linear_glove import GLOVE, QUICK, linear_samples, readings_of
 
 from handclean.errors import HandcleanError
 from handclean.glove import calibrate as cal
+from handclean.glove import calibration as calibration_of
 from handclean.glove import samples
 from handclean.glove.settings import GloveFitConfig
 
@@ -24,7 +25,7 @@ def test_rotations_of_a_linear_glove_come_back(made, rng):
     ranges = GLOVE.hand.ranges
     middle, size = ranges.mean(axis=1), np.ptp(ranges, axis=1)
     truth = middle + 0.3 * size * rng.uniform(-1, 1, (50, len(size)))
-    mean, variance = cal.predict_measured(made, readings_of(truth))
+    mean, variance = calibration_of.predict_measured(made, readings_of(truth))
     own = [GLOVE.hand.index(row.rotation) for row in GLOVE.measured]
     assert np.degrees(np.abs(mean - truth[:, own])).mean() < 1.0
     assert np.all(variance > 0.0)
@@ -47,7 +48,7 @@ def test_what_follows_has_the_sigma_of_what_it_follows(made, rng):
     )
     order = [row.rotation for row in GLOVE.measured]
     mean, variance = rng.normal(size=(2, 4, 14)) ** 2
-    angles, sigma = cal.to_hinges(GLOVE, names, mean, variance)
+    angles, sigma = calibration_of.to_hinges(GLOVE, names, mean, variance)
     pip = order.index("index_pip_flexion")
     np.testing.assert_allclose(angles[:, 0], mean[:, pip])
     np.testing.assert_allclose(angles[:, 1], 0.6667 * mean[:, pip])
@@ -68,23 +69,23 @@ def test_doubt_grows_away_from_the_samples(made):
     truth = np.tile(GLOVE.hand.ranges.mean(axis=1), (2, 1))
     values = readings_of(truth)
     values[1] += 150.0
-    _, variance = cal.predict_measured(made, values)
+    _, variance = calibration_of.predict_measured(made, values)
     assert np.all(variance[1] > variance[0])
     between = np.sqrt(0.5 * (variance[0].max() + variance[1].max()))
-    near, far = cal.sure(made, variance, between)
+    near, far = calibration_of.sure(made, variance, between)
     assert near
     assert not far
-    assert cal.foreign(made, values).tolist() == [[False] * 14, [True] * 14]
+    assert calibration_of.foreign(made, values).tolist() == [[False] * 14, [True] * 14]
 
 
 def test_missing_readings_give_missing_rotations(made):
     values = readings_of(np.tile(GLOVE.hand.ranges.mean(axis=1), (3, 1)))
     values[1, GLOVE.sensors.index("I_PIP")] = np.nan
-    mean, variance = cal.predict_measured(made, values)
+    mean, variance = calibration_of.predict_measured(made, values)
     k = [row.rotation for row in GLOVE.measured].index("index_pip_flexion")
     assert np.isnan(mean[1, k])
     assert np.isfinite(mean[[0, 2]]).all()
-    assert not cal.sure(made, variance, 1.0)[1]
+    assert not calibration_of.sure(made, variance, 1.0)[1]
 
 
 def test_samples_of_one_kind_can_be_taken_alone(rng):
@@ -132,7 +133,7 @@ def test_samples_that_come_many_times_are_no_matter(rng):
     one = linear_samples(rng, 40, noise=0.5)
     many = samples.merged([one] * 4)
     made = cal.calibrate(GLOVE, many, replace(QUICK, model="lmc-gpr"))
-    mean, variance = cal.predict_measured(made, one.readings)
+    mean, variance = calibration_of.predict_measured(made, one.readings)
     own = [GLOVE.hand.index(row.rotation) for row in GLOVE.measured]
     assert np.degrees(np.abs(mean - one.targets[:, own])).mean() < 1.5
     assert np.isfinite(variance).all()

@@ -24,8 +24,8 @@ def streams(rng, offset, markers_hz=100.0):
 def test_the_offset_between_two_clocks_is_found(offset, rng):
     found = find_offset(*streams(rng, offset), 10.0)
     assert found.seconds == pytest.approx(offset, abs=0.004)
-    assert found.likeness > 0.9
-    assert found.next_best < found.likeness
+    assert found.correlation > 0.9
+    assert found.next_best < found.correlation
 
 
 def test_clocks_that_do_not_start_at_zero_make_no_difference(rng):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from handclean.errors import UsageError
-from handclean.glove import touch
+from handclean.glove import reach, touch
 from handclean.glove.definitions import load_glove
 from handclean.hand.template import template
 
@@ -16,7 +16,7 @@ TREE = GLOVE.hand.tree(template("right", forearm=True))
 
 @pytest.fixture
 def chains():
-    return touch.chains_of(GLOVE, TREE, ["thumb", "index"])
+    return reach.chains_of(GLOVE, TREE, ["thumb", "index"])
 
 
 def near_touch(rng, count=20):
@@ -33,12 +33,12 @@ def near_touch(rng, count=20):
 def test_the_slope_of_a_tip_is_its_derivative(chains, rng):
     for chain in chains:
         angles = rng.normal(0.3, 0.2, (2, len(chain.columns)))
-        _, slopes = touch.tip_and_slope(chain, angles)
+        _, slopes = reach.tip_and_slope(chain, angles)
         for v in range(len(chain.columns)):
             step = np.zeros(len(chain.columns))
             step[v] = 1e-6
-            ahead, _ = touch.tip_and_slope(chain, angles + step)
-            behind, _ = touch.tip_and_slope(chain, angles - step)
+            ahead, _ = reach.tip_and_slope(chain, angles + step)
+            behind, _ = reach.tip_and_slope(chain, angles - step)
             expected = (ahead - behind) / 2e-6
             np.testing.assert_allclose(slopes[:, :, v], expected, atol=1e-8)
 
@@ -56,13 +56,13 @@ def test_a_tip_reaches_an_aim_that_its_finger_can_reach(chains, rng):
     for chain in chains:
         span = chain.high - chain.low
         share = rng.uniform(0.35, 0.65, (10, len(span)))
-        there, _ = touch.tip_and_slope(chain, chain.low + share * span)
+        there, _ = reach.tip_and_slope(chain, chain.low + share * span)
         start = (
             chain.low + np.clip(share + rng.normal(0, 0.08, share.shape), 0, 1) * span
         )
-        angles, tips, _ = touch.reach(chain, start, there)
+        angles, tips, _ = reach.reach(chain, start, there)
         assert np.linalg.norm(tips - there, axis=1).max() < 5e-5
-        again, _ = touch.tip_and_slope(chain, angles)
+        again, _ = reach.tip_and_slope(chain, angles)
         np.testing.assert_allclose(again, tips, atol=1e-12)
 
 
@@ -71,10 +71,10 @@ def test_what_the_aim_leaves_free_is_pulled_to_mid_range(chains, rng):
     span = thumb.high - thumb.low
     start = thumb.low + rng.uniform(0.1, 0.9, (30, len(span))) * span
     middle = 0.5 * (thumb.low + thumb.high)
-    aim, _ = touch.tip_and_slope(thumb, 0.7 * start + 0.3 * middle)
+    aim, _ = reach.tip_and_slope(thumb, 0.7 * start + 0.3 * middle)
     off = {}
     for stiff in (0.0, 0.02):
-        angles, _, _ = touch.reach(replace(thumb, stiff=stiff), start, aim)
+        angles, _, _ = reach.reach(replace(thumb, stiff=stiff), start, aim)
         off[stiff] = ((angles - middle) ** 2).sum(axis=1)
     assert np.mean(off[0.02] < off[0.0]) > 0.9
 
@@ -84,11 +84,11 @@ def test_joints_beyond_their_range_hardly_go_further(chains, rng, monkeypatch):
     span = thumb.high - thumb.low
     start = thumb.high + 0.02 * span * np.ones((30, 4))
     goal = thumb.high + rng.uniform(-0.6, 0.4, (30, 4)) * span
-    aim, _ = touch.tip_and_slope(thumb, goal)
+    aim, _ = reach.tip_and_slope(thumb, goal)
     beyond = {}
     for suppress in (1.0, 0.1):
-        monkeypatch.setattr(touch, "_SUPPRESS", suppress)
-        angles, _, _ = touch.reach(thumb, start, aim)
+        monkeypatch.setattr(reach, "_OUTWARD_STEP_FACTOR", suppress)
+        angles, _, _ = reach.reach(thumb, start, aim)
         beyond[suppress] = np.maximum(angles - thumb.high, 0.0).sum(axis=1)
     assert beyond[0.1].mean() < 0.95 * beyond[1.0].mean()
     assert np.mean(beyond[0.1] <= beyond[1.0] + 1e-3) > 0.75
@@ -100,8 +100,8 @@ def test_tips_meet_where_their_angles_are_most_probable(chains, rng):
     met = touch.meet(GLOVE, chains, start, sigma)
     assert np.mean(met.apart < 5e-5) > 0.9
     index = chains[1].columns
-    tips, _ = touch.tip_and_slope(chains[1], met.rotations[:, index])
-    thumb, _ = touch.tip_and_slope(chains[0], met.rotations[:, chains[0].columns])
+    tips, _ = reach.tip_and_slope(chains[1], met.rotations[:, index])
+    thumb, _ = reach.tip_and_slope(chains[0], met.rotations[:, chains[0].columns])
     good = met.apart < 5e-5
     assert np.linalg.norm(tips - thumb, axis=1)[good].max() < 1e-4
     for _ in range(3):  # elsewhere nearby they would be less probable
@@ -109,7 +109,7 @@ def test_tips_meet_where_their_angles_are_most_probable(chains, rng):
         cost, apart = np.zeros(len(start)), np.zeros(len(start))
         for chain in chains:
             m, s = start[:, chain.columns], sigma[chain.columns]
-            angles, ends, _ = touch.reach(chain, m, aim)
+            angles, ends, _ = reach.reach(chain, m, aim)
             cost += 0.5 * (((angles - m) / s) ** 2).sum(axis=1)
             apart = np.maximum(apart, np.linalg.norm(ends - aim, axis=1))
         both = good & (apart < 5e-5)
@@ -125,6 +125,6 @@ def test_fingers_that_do_not_touch_are_not_known(chains, rng):
 
 def test_touching_takes_two_fingers_that_exist():
     with pytest.raises(UsageError, match="two or more"):
-        touch.chains_of(GLOVE, TREE, ["thumb"])
+        reach.chains_of(GLOVE, TREE, ["thumb"])
     with pytest.raises(UsageError, match="'pinky'"):
-        touch.chains_of(GLOVE, TREE, ["thumb", "pinky"])
+        reach.chains_of(GLOVE, TREE, ["thumb", "pinky"])

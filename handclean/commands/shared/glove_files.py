@@ -10,7 +10,7 @@ from handclean.arrays import Floats
 from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, HandcleanError
 from handclean.glove import readings as checks
-from handclean.glove.calibrate import Calibration, RotationFit, Wearing
+from handclean.glove.calibration import Calibration, Donning, RotationFit
 from handclean.glove.definitions import glove_from_text, load_glove, to_toml
 from handclean.glove.gloves import Glove
 from handclean.glove.models import from_arrays
@@ -33,7 +33,8 @@ CALIBRATION = "handclean glove calibration"
 _ARITHMETIC = (TypeError, ArithmeticError)
 """What comes of arrays of another shape, and of infinite counts."""
 
-_WEARING = ("middle", "shift", "gain")
+_DONNING = ("middle", "shift", "gain")
+"""Arrays of a donning, in the file's group "wearing"."""
 
 
 def write_samples(
@@ -125,17 +126,16 @@ def write_calibration(
                 "model": Part(items={k: Array(v) for k, v in arrays.items()}),
             },
         )
-    wearing = {}
-    if calibration.wearing is not None:
-        worn = calibration.wearing
-        parts = {name: Array(getattr(worn, name)) for name in _WEARING}
-        wearing = {"wearing": Part({"doubt": worn.doubt}, parts)}
+    donning = {}
+    if (found := calibration.donning) is not None:
+        parts = {name: Array(getattr(found, name)) for name in _DONNING}
+        donning = {"wearing": Part({"doubt": found.doubt}, parts)}
     items: dict[str, Any] = {
         "definition": to_toml(calibration.glove),
         "low": Array(calibration.low),
         "high": Array(calibration.high),
         "rotations": Part(items=fits),
-        **wearing,
+        **donning,
         **provenance_item(provenance),
     }
     attrs: dict[str, Fact] = {
@@ -159,55 +159,64 @@ def read_calibration(path: Path) -> Calibration:
     part = _part(path, CALIBRATION, "'calibrate-glove fit' makes one of samples")
     expect_finite(part, unknown=("low", "high"))
     glove = glove_from_text(path, _definition(part))
-    measured = {row.rotation: row for row in glove.measured}
-    fits = []
-    for rotation, one in part.part("rotations").parts():
-        sensors = one.names("sensors")
-        if rotation not in measured or not set(sensors) <= set(glove.sensors):
-            raise part.fail(f"its model of {rotation} is not one of its glove")
-        arrays = {
-            name: np.asarray(item.values, dtype=np.float64)
-            for name, item in one.part("model").items.items()
-            if isinstance(item, Array)
-        }
-        try:
-            fit = RotationFit(
-                rotation=rotation,
-                sensors=sensors,
-                fitted=from_arrays(one.text("kind"), arrays),
-                fk=int(one.number("fk", 0)),
-                ik=int(one.number("ik", 0)),
-                scale=one.number("scale", 1.0),
-                floor=one.number("floor", 0.0),
-            )
-        except (HandcleanError, LookupError, ValueError, *_ARITHMETIC) as error:
-            why = (str(error).splitlines() or [type(error).__name__])[0]
-            raise one.fail(f"its model does not fit together ({why})") from None
-        fits.append(fit)
+    fits = tuple(
+        _rotation_fit(part, rotation, one, glove)
+        for rotation, one in part.part("rotations").parts()
+    )
     if not fits:
         raise part.fail("has no model of any rotation")
-    order = list(measured)
+    order = [row.rotation for row in glove.measured]
     count = len(glove.sensors)
     used = sorted({glove.sensors.index(name) for fit in fits for name in fit.sensors})
-    for name in ("low", "high"):
-        if not np.isfinite(part.array(name, "", np.float64, count)[used]).all():
+    ends = {name: part.array(name, "", np.float64, count) for name in ("low", "high")}
+    for name, values in ends.items():
+        if not np.isfinite(values[used]).all():
             raise part.fail(f"{name} is not known of every sensor that is used")
-    wearing = None
-    if "wearing" in part.items:
-        worn = part.part("wearing")
-        given = {name: worn.array(name, "", np.float64, count) for name in _WEARING}
-        wearing = Wearing(**given, doubt=worn.number("doubt"))
     return Calibration(
         glove=glove,
         kind=part.text("kind"),
         use=part.text("use", "all"),
         subject=part.text("subject", ""),
         fits=tuple(sorted(fits, key=lambda fit: order.index(fit.rotation))),
-        low=part.array("low", "", np.float64, count),
-        high=part.array("high", "", np.float64, count),
+        **ends,
         repeat=part.number("repeat", 0.0),
-        wearing=wearing,
+        donning=_donning(part, count),
     )
+
+
+def _rotation_fit(whole: Part, rotation: str, part: Part, glove: Glove) -> RotationFit:
+    """Read the model of one rotation, a part of the whole calibration."""
+    sensors = part.names("sensors")
+    measured = [row.rotation for row in glove.measured]
+    if rotation not in measured or not set(sensors) <= set(glove.sensors):
+        raise whole.fail(f"its model of {rotation} is not one of its glove")
+    arrays = {
+        name: np.asarray(item.values, dtype=np.float64)
+        for name, item in part.part("model").items.items()
+        if isinstance(item, Array)
+    }
+    try:
+        return RotationFit(
+            rotation=rotation,
+            sensors=sensors,
+            fitted=from_arrays(part.text("kind"), arrays),
+            fk=int(part.number("fk", 0)),
+            ik=int(part.number("ik", 0)),
+            scale=part.number("scale", 1.0),
+            floor=part.number("floor", 0.0),
+        )
+    except (HandcleanError, LookupError, ValueError, *_ARITHMETIC) as error:
+        why = (str(error).splitlines() or [type(error).__name__])[0]
+        raise part.fail(f"its model does not fit together ({why})") from None
+
+
+def _donning(part: Part, sensors: int) -> Donning | None:
+    """Read how the calibration's donning differs from that of its samples."""
+    if "wearing" not in part.items:
+        return None
+    found = part.part("wearing")
+    arrays = {name: found.array(name, "", np.float64, sensors) for name in _DONNING}
+    return Donning(**arrays, doubt=found.number("doubt"))
 
 
 def opened(source: Source, glove: Glove) -> tuple[ReadingsFile, Any]:

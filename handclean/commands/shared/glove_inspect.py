@@ -73,7 +73,7 @@ def _calibration(path: Path) -> dict[str, Any]:
         }
         for one in found.fits
     }
-    worn = found.wearing
+    donning = found.donning
     return {
         "glove": found.glove.name,
         "wearer": found.subject,
@@ -82,8 +82,8 @@ def _calibration(path: Path) -> dict[str, Any]:
         "rotations": rotations,
         "rotations_measured": len(found.glove.measured),
         "repeat_deg": float(np.degrees(found.repeat)),
-        "worn_again": worn is not None,
-        "doubt_deg": None if worn is None else float(np.degrees(worn.doubt)),
+        "worn_again": donning is not None,
+        "doubt_deg": None if donning is None else float(np.degrees(donning.doubt)),
         **reported(_without(found.glove, list(rotations))),
     }
 

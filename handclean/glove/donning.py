@@ -1,10 +1,10 @@
-"""The same glove, put on again: what its sensors read now for what they read before.
+"""Adapt a calibration to another donning of the same glove.
 
-A glove never sits as it did. Every sensor's readings are shifted and stretched a
-little, the more so on another hand, and a calibration is off by that much. A few
-samples of the new wearing tell by how much: with x' = m + g (x - m) + b (m the middle
-of the sensor's range) sought are the shifts b and gains g under which the calibration
-explains these samples, ::
+A glove never sits as it did before it was taken off. Every sensor's readings are
+shifted and stretched a little, the more so on another hand, and a calibration is off by
+that much. A few samples of the new donning tell by how much. With
+x' = m + g (x - m) + b and m the middle of the sensor's range, sought are the shifts b
+and gains g under which the calibration explains these samples, ::
 
     sum_n |tau(x'_n) - theta_n|^2 / s_n^2  +  sum_s (b_s / B)^2 + ((g_s - 1) / G)^2,
 
@@ -20,31 +20,39 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.errors import HandcleanError
-from handclean.glove.calibrate import Calibration, RotationFit, Wearing
+from handclean.glove.calibration import Calibration, Donning, RotationFit
 from handclean.glove.samples import IK, Samples
 
-_POSE, _TOUCH = np.radians(1.2), np.radians(1.5)
-"""[rad] how far off FK and IK samples are taken to be."""
+_POSE_SD_RAD, _TOUCH_SD_RAD = np.radians(1.2), np.radians(1.5)
+"""[rad] standard deviation of the angles of FK and of IK samples (chosen)."""
 
-_USUAL = np.radians(1.5)
-"""[rad] usual shift, where the calibration does not say."""
+_USUAL_SHIFT_RAD = np.radians(1.5)
+"""[rad] usual shift where the calibration does not say (chosen; the default of
+``repeat_deg``)."""
 
-_GAIN = 0.02
-"""Usual change of a gain."""
+_USUAL_GAIN_SD = 0.02
+"""[-] standard deviation of gains (chosen)."""
 
-_SCALES = (1.0, 2.0, 4.0, 8.0)
-_STEPS, _DONE = 12, 1e-4
-_STILL, _MOST = 0.04, 10.0
-"""Share of the range (sd) by which a sensor moves; observations of a recording."""
+_USUAL_FACTORS = (1.0, 2.0, 4.0, 8.0)
+"""[-] of the usual change, which are tried (chosen)."""
+
+_MOST_STEPS, _LEAST_STEP_SD = 12, 1e-4
+"""Steps at most; [-] the smallest, in standard deviations of the prior (chosen)."""
+
+_MOVING_SD_SHARE = 0.04
+"""[-] share of its range (sd) by which a sensor moves in a recording (chosen)."""
+
+_MOST_OBSERVATIONS = 10.0
+"""Observations that a recording with motion counts for, at most (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rewearing:
-    """How a new wearing differs.
+class Adapted:
+    """A calibration for a new donning, and how the donning differs.
 
     Attributes
     ----------
-    calibration : for it.
+    calibration : for the new donning.
     shift : (S,) [rad] of the rotation each sensor measures, nan for sensors not used.
     gain : (S,) factor, nan likewise.
     before, after : [rad] weighted RMS of samples before and after.
@@ -70,7 +78,7 @@ class _Observed:
     Attributes
     ----------
     fit : its model; columns : (C,) places of its sensors.
-    readings : (n, S) as the new wearing has them; targets : (n,) [rad].
+    readings : (n, S) of the new donning; targets : (n,) [rad].
     sigma : (n,) [rad], with what samples share spread over them.
     """
 
@@ -81,12 +89,12 @@ class _Observed:
     sigma: Floats
 
 
-def rewear(calibration: Calibration, samples: Samples) -> Rewearing:
-    """Adapt a calibration to another wearing of the same glove.
+def adapt_to_donning(calibration: Calibration, samples: Samples) -> Adapted:
+    """Adapt a calibration to another donning of the same glove.
 
     Parameters
     ----------
-    calibration : of an earlier wearing, perhaps another person's.
+    calibration : of an earlier donning, perhaps another person's.
     samples : of the new one: a few key poses, touching, whatever there is.
 
     Raises
@@ -99,26 +107,29 @@ def rewear(calibration: Calibration, samples: Samples) -> Rewearing:
         raise HandcleanError(
             f"samples: are of glove {samples.glove}, the calibration of {glove.name}"
         )
-    calibration = replace(calibration, wearing=None)
+    calibration = replace(calibration, donning=None)
     observed = _observed(calibration, samples)
     if not observed:
         raise HandcleanError("samples: tell no rotation that is calibrated")
-    usual = calibration.repeat or _USUAL
-    found = [_search(calibration, observed, s * usual, s * _GAIN) for s in _SCALES]
+    usual = calibration.repeat or _USUAL_SHIFT_RAD
+    found = [
+        _search(calibration, observed, s * usual, s * _USUAL_GAIN_SD)
+        for s in _USUAL_FACTORS
+    ]
     best = int(np.argmax([evidence for _, evidence in found]))
-    wearing, _ = found[best]
+    donning, _ = found[best]
     own = np.array([s in glove.used for s in glove.sensors])
-    start = _wearing(calibration, np.zeros(2 * len(own)))
-    return Rewearing(
+    start = _donning(calibration, np.zeros(2 * len(own)))
+    return Adapted(
         calibration=replace(
-            calibration, wearing=wearing, subject=samples.subject or calibration.subject
+            calibration, donning=donning, subject=samples.subject or calibration.subject
         ),
-        shift=np.where(own, wearing.shift / _reading_per_radian(calibration), np.nan),
-        gain=np.where(own, wearing.gain, np.nan),
+        shift=np.where(own, donning.shift / _reading_per_radian(calibration), np.nan),
+        gain=np.where(own, donning.gain, np.nan),
         before=_rms(observed, start),
-        after=_rms(observed, wearing),
-        scale=_SCALES[best],
-        doubt=wearing.doubt,
+        after=_rms(observed, donning),
+        scale=_USUAL_FACTORS[best],
+        doubt=donning.doubt,
         samples=int(np.isfinite(samples.targets).any(axis=1).sum()),
     )
 
@@ -137,7 +148,9 @@ def _observed(calibration: Calibration, samples: Samples) -> list[_Observed]:
             continue
         group = samples.group[known]
         share = counts[group] / np.bincount(group)[group]
-        off = np.array([_POSE, _TOUCH])[(samples.kind[known] == IK).astype(np.intp)]
+        off = np.array([_POSE_SD_RAD, _TOUCH_SD_RAD])[
+            (samples.kind[known] == IK).astype(np.intp)
+        ]
         _, own = one.fitted.predict(inputs[known])
         variance = one.scale * own + one.floor**2
         out.append(
@@ -158,8 +171,8 @@ def _observations(samples: Samples, size: Floats) -> Floats:
     used = np.flatnonzero(size > 0.0)
     for g in np.unique(samples.group):
         own = samples.readings[samples.group == g][:, used]
-        if (np.nanstd(own, axis=0) > _STILL * size[used]).any():
-            out[g] = min(len(own), _MOST)
+        if (np.nanstd(own, axis=0) > _MOVING_SD_SHARE * size[used]).any():
+            out[g] = min(len(own), _MOST_OBSERVATIONS)
     return out
 
 
@@ -174,11 +187,11 @@ def _reading_per_radian(calibration: Calibration) -> Floats:
     return out
 
 
-def _wearing(calibration: Calibration, step: Floats, doubt: float = 0.0) -> Wearing:
+def _donning(calibration: Calibration, step: Floats, doubt: float = 0.0) -> Donning:
     """Return shifts and gains of (2 S,) changes: [rad], and of gains less one."""
     middle = np.nan_to_num(0.5 * (calibration.low + calibration.high))
     shift, gain = step.reshape(2, -1)
-    return Wearing(
+    return Donning(
         middle=middle,
         shift=shift * _reading_per_radian(calibration),
         gain=1.0 + gain,
@@ -188,16 +201,16 @@ def _wearing(calibration: Calibration, step: Floats, doubt: float = 0.0) -> Wear
 
 def _search(
     calibration: Calibration, observed: list[_Observed], usual: float, gain: float
-) -> tuple[Wearing, float]:
-    """Most probable wearing, and its log evidence."""
+) -> tuple[Donning, float]:
+    """Return the most probable donning, and its log evidence."""
     count = len(calibration.glove.sensors)
     prior = np.repeat([usual, gain], count)
     step = np.zeros(2 * count)
-    for _ in range(_STEPS):
+    for _ in range(_MOST_STEPS):
         matrix, right, _ = _normal(calibration, observed, step)
         more = np.linalg.solve(matrix + np.diag(prior**-2), right - step / prior**2)
         step = step + more
-        if np.abs(more / prior).max() < _DONE:
+        if np.abs(more / prior).max() < _LEAST_STEP_SD:
             break
     matrix, _, cost = _normal(calibration, observed, step)
     inverse = np.linalg.inv(matrix + np.diag(prior**-2))
@@ -205,23 +218,23 @@ def _search(
     evidence = half - 0.5 * (cost + float(((step / prior) ** 2).sum()))
     seen = np.unique(np.concatenate([o.columns[:1] for o in observed]))
     doubt = float(np.sqrt(np.diag(inverse)[seen].mean()))
-    return _wearing(calibration, step, doubt), evidence
+    return _donning(calibration, step, doubt), evidence
 
 
 def _normal(
     calibration: Calibration, observed: list[_Observed], step: Floats
 ) -> tuple[Floats, Floats, float]:
     """(2 S, 2 S) and (2 S,) of the samples' normal equations, and their cost."""
-    wearing = _wearing(calibration, step)
+    donning = _donning(calibration, step)
     per_radian = _reading_per_radian(calibration)
     count = len(per_radian)
     matrix, right, cost = np.zeros((2 * count, 2 * count)), np.zeros(2 * count), 0.0
     for one in observed:
-        inputs = wearing.as_before(one.readings)[:, one.columns]
+        inputs = donning.as_before(one.readings)[:, one.columns]
         mean, slope = _slopes(one.fit, inputs)
         off = (one.targets - mean) / one.sigma
         slope /= one.sigma[:, None]
-        from_middle = (one.readings - wearing.middle)[:, one.columns]
+        from_middle = (one.readings - donning.middle)[:, one.columns]
         both = np.hstack([slope * per_radian[one.columns], slope * from_middle])
         place = np.concatenate([one.columns, count + one.columns])
         matrix[np.ix_(place, place)] += both.T @ both
@@ -242,12 +255,12 @@ def _slopes(fit: RotationFit, inputs: Floats) -> tuple[Floats, Floats]:
     return fit.fitted.predict(inputs)[0], slope
 
 
-def _rms(observed: list[_Observed], wearing: Wearing) -> float:
+def _rms(observed: list[_Observed], donning: Donning) -> float:
     """[rad] RMS of the samples' differences, each with its weight."""
     total, weight = 0.0, 0.0
     for one in observed:
         mean, _ = one.fit.fitted.predict(
-            wearing.as_before(one.readings)[:, one.columns]
+            donning.as_before(one.readings)[:, one.columns]
         )
         total += float((((mean - one.targets) / one.sigma) ** 2).sum())
         weight += float((one.sigma**-2).sum())
