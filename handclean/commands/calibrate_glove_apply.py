@@ -1,8 +1,7 @@
 """Joint angles from a glove's readings, a chunk at a time."""
 
-import tempfile
-import weakref
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import GloveApplying
+from handclean.commands.shared.scratch import Scratch
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.glove import readings as checks
 from handclean.glove.calibration import (
@@ -24,6 +24,7 @@ from handclean.glove.calibration import (
 from handclean.glove.hands import fingertips
 from handclean.glove.smooth import smoothed_chunks
 from handclean.hand.model import marker_positions
+from handclean.hand.subject import Subject
 from handclean.io import files
 from handclean.io.glove.angles import with_motion, write_long
 from handclean.io.glove.readings_file import ReadingsFile
@@ -44,41 +45,14 @@ FIGURES = {
     "sigma_deg": "mean sigma of the measured rotations [degrees]",
 }
 
-_OFTEN = 0.2
-"""Share of frames in which an unsure rotation is worth a word."""
+_OFTEN_SHARE = 0.2
+"""[-] share of frames in which an unsure rotation is worth a warning (chosen)."""
 
-_UNEVEN = 0.1
-"""Share of a frame by which times may be off an even rate."""
+_MOST_UNEVEN_FRAMES = 0.1
+"""[frames] by which times may be off an even rate (chosen)."""
 
-
-class _Scratch:
-    """Arrays that grow on a disk, in files that are gone with the process."""
-
-    def __init__(self, widths: dict[str, int]) -> None:
-        self._widths = widths
-        self._open = {
-            name: tempfile.TemporaryFile(prefix="handclean-")  # noqa: SIM115
-            for name in widths
-        }
-        weakref.finalize(self, _close, self._open)
-
-    def add(self, **parts: Floats) -> None:
-        for name, values in parts.items():
-            self._open[name].write(np.ascontiguousarray(values, dtype=np.float64).data)
-
-    def arrays(self, frames: int) -> dict[str, Floats]:
-        out: dict[str, Floats] = {}
-        for name, file in self._open.items():
-            file.flush()
-            shape = (frames, self._widths[name])
-            out[name] = np.memmap(file, dtype=np.float64, mode="r", shape=shape)
-            file.close()
-        return out
-
-
-def _close(files: dict[str, Any]) -> None:
-    for file in files.values():
-        file.close()
+_TIPS = 5
+"""Fingertips of a hand."""
 
 
 def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
@@ -89,40 +63,57 @@ def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
             "--calibration: is missing; 'handclean calibrate-glove fit' makes one"
         )
     calibration = glove_files.read_calibration(given)
-    glove = calibration.glove
-    tree, subject = glove_files.tree_of(source, glove)
-    found, places = glove_files.opened(source, glove)
-    scratch = _Scratch(
-        {
-            "angles": len(tree.hinges),
-            "sigma": len(tree.hinges),
-            "trusted": 1,
-            "tips": 15,
-        }
-    )
+    tree, subject = glove_files.tree_of(source, calibration.glove)
+    found, places = glove_files.opened(source, calibration.glove)
+    widths = {"angles": len(tree.hinges), "sigma": len(tree.hinges), "trusted": 1}
+    scratch = Scratch(widths | ({"tips": 3 * _TIPS} if settings.tips else {}))
     tally = _Tally(calibration)
     chunks = (
         (times, checks.arranged(values, places))
         for times, values in found.chunks(settings.apply.chunk)
     )
-    cutoff = settings.apply.cutoff_hz
-    stream = smoothed_chunks(chunks, cutoff, partial(checks.saturated, glove))
-    for times, readings, smooth in stream:
-        far = tally.see(times, readings)
-        mean, variance = predict_measured(calibration, smooth)
-        angles, sigma = to_hinges(glove, tree.hinges, mean, variance)
-        trusted = sure(calibration, variance, np.radians(settings.apply.max_sigma_deg))
-        good = checks.usable(glove, readings)
-        trusted &= good & ~far & np.isfinite(angles).all(axis=1)
-        tally.add(variance, trusted, good, settings.apply.max_sigma_deg)
-        scratch.add(
-            angles=angles, sigma=sigma, trusted=trusted[:, None].astype(np.float64)
-        )
-        if settings.tips:
-            scratch.add(tips=_tips(tree, angles))
+    wrong = partial(checks.saturated, calibration.glove)
+    stream = smoothed_chunks(chunks, settings.apply.cutoff_hz, wrong)
+    for chunk in stream:
+        parts = _apply_to_chunk(calibration, tree, tally, chunk, settings)
+        scratch.add(**parts)
         progress.tell(f"{tally.frames} frames of {source.path.name}")
     progress.done()
-    return _outcome(source, settings, calibration, found, tree, subject, scratch, tally)
+    return _outcome(
+        _Applied(
+            source=source,
+            rate=_rate(source, found, tally),
+            calibration=calibration,
+            tree=tree,
+            subject=subject,
+            tally=tally,
+            arrays=scratch.arrays(tally.frames),
+        )
+    )
+
+
+def _apply_to_chunk(
+    calibration: Calibration,
+    tree: JointTree,
+    tally: "_Tally",
+    chunk: tuple[Floats, Floats, Floats],
+    settings: GloveApplying,
+) -> dict[str, Floats]:
+    """Turn a chunk (times, readings, smoothed readings) into angles, and count it."""
+    times, readings, smooth = chunk
+    far = tally.see(times, readings)
+    mean, variance = predict_measured(calibration, smooth)
+    angles, sigma = to_hinges(calibration.glove, tree.hinges, mean, variance)
+    good = checks.usable(calibration.glove, readings)
+    trusted = good & ~far & np.isfinite(angles).all(axis=1)
+    trusted &= sure(calibration, variance, np.radians(settings.apply.max_sigma_deg))
+    tally.add(variance, trusted, good, settings.apply.max_sigma_deg)
+    parts = {
+        "angles": angles,
+        "sigma": sigma,
+        "trusted": trusted[:, None].astype(np.float64),
+    }
+    return parts | ({"tips": _tips(tree, angles)} if settings.tips else {})
 
 
 class _Tally:
@@ -164,45 +155,88 @@ class _Tally:
 
 
 def _tips(tree: JointTree, angles: Floats) -> Floats:
-    """(t, 15) [m] the fingertips in the hand's frame."""
+    """(t, 3 F) [m] the fingertips in the hand's frame."""
     poses = np.zeros((len(angles), POSE_HEAD + angles.shape[1]))
     poses[:, 3] = 1.0
     poses[:, POSE_HEAD:] = angles
-    out: Floats = marker_positions(fingertips(tree), poses).reshape(len(angles), 15)
+    out: Floats = marker_positions(fingertips(tree), poses).reshape(
+        len(angles), 3 * _TIPS
+    )
     return out
 
 
-def _outcome(
-    source: Source,
-    settings: GloveApplying,
-    calibration: Calibration,
-    found: ReadingsFile,
-    tree: JointTree,
-    subject: Any,
-    scratch: _Scratch,
-    tally: _Tally,
-) -> Outcome:
-    frames = tally.frames
-    if frames < 2 and not found.rate > 0.0:
+@dataclass(frozen=True, kw_only=True)
+class _Applied:
+    """What a stream of readings was turned into.
+
+    Attributes
+    ----------
+    source, calibration : of what, by what.
+    rate : [Hz] of the stream.
+    tree, subject : the hand in the glove; no subject where it is the template.
+    tally : what was counted.
+    arrays : (T, ...) angles, sigma, trusted and, if they are wanted, tips.
+    """
+
+    source: Source
+    rate: float
+    calibration: Calibration
+    tree: JointTree
+    subject: Subject | None
+    tally: _Tally
+    arrays: Mapping[str, Floats]
+
+
+def _rate(source: Source, found: ReadingsFile, tally: _Tally) -> float:
+    """[Hz] rate of a stream, by its first and last time if it does not say."""
+    if found.rate > 0.0:
+        return float(found.rate)
+    if tally.frames < 2:
         raise FileError(source.path, "has one frame", "two at least tell the rate")
-    rate = found.rate
-    if not rate > 0.0:
-        rate = (frames - 1) / (tally.last - tally.first)
+    return float((tally.frames - 1) / (tally.last - tally.first))
+
+
+def _outcome(applied: _Applied) -> Outcome:
+    tally = applied.tally
+    if not tally.count:
+        raise HandcleanError(
+            "in no frame do all sensors read", where=applied.source.path
+        )
+    sigma = float(np.degrees(tally.sum / tally.count))
+    figures = {
+        "glove": applied.calibration.glove.name,
+        "frames": tally.frames,
+        "rate_hz": applied.rate,
+        "trusted": tally.trusted / tally.frames,
+        "missing": tally.missing / tally.frames,
+        "saturated": tally.watch.stuck / tally.frames,
+        "sigma_deg": sigma,
+    }
+    return Outcome(
+        line=f"{tally.frames} frames, {100 * tally.trusted / tally.frames:.0f} % "
+        f"trusted, sigma {sigma:.1f} degrees",
+        figures=figures,
+        warnings=_warnings(applied.calibration, tally, applied.subject),
+        writers=(_writer(applied),),
+    )
+
+
+def _writer(applied: _Applied) -> Callable[[Path, tuple[Entry, ...]], tuple[str, ...]]:
+    """Return what writes the motion; a long session goes to its file part by part."""
+    tree, arrays, frames = applied.tree, applied.arrays, applied.tally.frames
     name = tree.side or "right"
-    arrays = scratch.arrays(frames) if settings.tips else _without_tips(scratch, frames)
     motion: dict[str, Any] = {
         "angles": (arrays["angles"], "rad"),
         "angles_sigma": (arrays["sigma"], "rad"),
         "trusted": (np.asarray(arrays["trusted"][:, 0]) > 0.5, ""),
     }
     tips = None
-    if settings.tips:
-        labels = fingertips(tree).labels
-        tips = (labels, arrays["tips"].reshape(frames, 5, 3))
+    if "tips" in arrays:
+        tips = (fingertips(tree).labels, arrays["tips"].reshape(frames, _TIPS, 3))
     take = Recording(
-        rate=float(rate),
+        rate=applied.rate,
         frames=frames,
-        start_time=tally.first,
+        start_time=applied.tally.first,
         up_axis="+z",
         skeletons={name: tree},
     )
@@ -213,49 +247,27 @@ def _outcome(
             write_long(path, made, name, tree.hinges, motion, tips)
             return ()
         whole = with_motion(made, name, tree.hinges, motion, tips)
-        surface = getattr(subject, "surface", None)
+        surface = None if applied.subject is None else applied.subject.surface
         surfaces = {} if surface is None else {name: surface}
         return texts(files.write(path, whole, surfaces=surfaces))
 
-    sigma = np.degrees(tally.sum / tally.count) if tally.count else np.nan
-    figures = {
-        "glove": calibration.glove.name,
-        "frames": frames,
-        "rate_hz": float(rate),
-        "trusted": tally.trusted / frames,
-        "missing": tally.missing / frames,
-        "saturated": tally.watch.stuck / frames,
-        "sigma_deg": float(sigma),
-    }
-    if not tally.count:
-        raise HandcleanError("in no frame do all sensors read", where=source.path)
-    return Outcome(
-        line=f"{frames} frames, {100 * tally.trusted / frames:.0f} % trusted, "
-        f"sigma {sigma:.1f} degrees",
-        figures=figures,
-        warnings=_warnings(calibration, tally, subject),
-        writers=(write,),
-    )
+    return write
 
 
-def _without_tips(scratch: _Scratch, frames: int) -> dict[str, Floats]:
-    scratch._widths.pop("tips")
-    scratch._open.pop("tips").close()
-    return scratch.arrays(frames)
-
-
-def _warnings(calibration: Calibration, tally: _Tally, subject: Any) -> tuple[str, ...]:
+def _warnings(
+    calibration: Calibration, tally: _Tally, subject: Subject | None
+) -> tuple[str, ...]:
     told = list(tally.watch.remarks())
     far = np.asarray(tally.foreign) / max(tally.frames, 1)
-    if (far > _OFTEN).any():
+    if (far > _OFTEN_SHARE).any():
         sensors = calibration.glove.sensors
-        names = ", ".join(sensors[k] for k in np.flatnonzero(far > _OFTEN))
+        names = ", ".join(sensors[k] for k in np.flatnonzero(far > _OFTEN_SHARE))
         told.append(
             f"{names} read far outside what was calibrated, in up to "
             f"{100 * far.max():.0f} % of frames, which are not trusted: another glove, "
             "or another wearer?"
         )
-    if tally.uneven > _UNEVEN:
+    if tally.uneven > _MOST_UNEVEN_FRAMES:
         told.append(
             f"times are up to {tally.uneven:.2g} frames off an even rate; angles are "
             "written frame by frame at the mean rate"
@@ -266,17 +278,17 @@ def _warnings(calibration: Calibration, tally: _Tally, subject: Any) -> tuple[st
         told.append(f"{', '.join(sorted(lost))} are not calibrated and stay at zero")
     order = [row.rotation for row in calibration.glove.measured]
     shares = np.broadcast_to(tally.unsure / max(tally.frames, 1), len(order))
-    often = [k for k in np.argsort(-shares, kind="stable") if shares[k] > _OFTEN]
+    often = [k for k in np.argsort(-shares, kind="stable") if shares[k] > _OFTEN_SHARE]
     if often:
         told.append(
             f"{', '.join(order[k] for k in often)} are too unsure to be trusted in up "
             f"to {100 * shares[often[0]]:.0f} % of frames; samples of them at more "
             "angles would help"
         )
-    worn_by = getattr(subject, "name", "")
-    if calibration.use != "fk" and worn_by and calibration.subject not in ("", worn_by):
+    wearer = "" if subject is None else subject.name
+    if calibration.use != "fk" and wearer and calibration.subject not in ("", wearer):
         told.append(
             f"the calibration has IK samples of {calibration.subject}, the subject is "
-            f"{worn_by}: those hold for one wearer only"
+            f"{wearer}: those hold for one wearer only"
         )
     return tuple(told)

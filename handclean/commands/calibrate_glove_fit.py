@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from handclean.errors import HandcleanError, UnknownSettingError
 from handclean.glove import samples as samples_of
 from handclean.glove.calibrate import FitTask, assemble, fit_tasks, run_task
 from handclean.glove.calibration import RotationFit
+from handclean.glove.gloves import Glove
 from handclean.glove.models import KINDS
 from handclean.runner import progress
 from handclean.runner.batch import Source
@@ -50,37 +52,7 @@ def calibrate_glove_fit(sources: tuple[Source, ...], settings: GloveFitting) -> 
     def write(path: Path, provenance: tuple[Entry, ...]) -> None:
         glove_files.write_calibration(path, found, provenance)
 
-    warnings = list(told)
-    for one in found.fits:
-        figures = one.fitted.figures
-        if figures.jitter > 0.0:
-            twice = (
-                f"{figures.duplicates} of {figures.samples} samples have the readings "
-                "of another; "
-            )
-            warnings.append(
-                f"{one.rotation}: {twice if figures.duplicates else ''}"
-                "a singular covariance was eased"
-            )
-        still = [s for s, c in zip(one.sensors, figures.constant, strict=True) if c]
-        if still:
-            warnings.append(f"{one.rotation}: {', '.join(still)} never changed")
-    if any(tuple(g.rows) != tuple(glove.rows) for _, g in read):
-        warnings.append(
-            "the samples' gloves differ in what affects their sensors; the first counts"
-        )
-    each = {
-        one.rotation: {
-            "fk": one.fk,
-            "ik": one.ik,
-            "nlml": one.fitted.nlml,
-            "noise_deg": float(np.degrees(one.fitted.noise)),
-            "evaluations": one.fitted.figures.evaluations,
-        }
-        for one in found.fits
-    }
     noise = {one.rotation: float(np.degrees(one.fitted.noise)) for one in found.fits}
-    floor = {one.rotation: float(np.degrees(one.floor)) for one in found.fits}
     nlml = float(np.sum([one.fitted.nlml for one in found.fits]))
     return Outcome(
         line=f"{len(found.fits)} of {len(glove.measured)} rotations of {glove.name} by "
@@ -92,12 +64,56 @@ def calibrate_glove_fit(sources: tuple[Source, ...], settings: GloveFitting) -> 
             "rotations": len(found.fits),
             "nlml": nlml,
             "noise_deg": noise,
-            "floor_deg": floor,
-            "each": each,
+            "floor_deg": {
+                one.rotation: float(np.degrees(one.floor)) for one in found.fits
+            },
+            "each": {one.rotation: _each(one) for one in found.fits},
         },
-        warnings=tuple(warnings),
+        warnings=(
+            *told,
+            *(text for one in found.fits for text in _warnings_of(one)),
+            *_other_gloves(glove, [other for _, other in read]),
+        ),
         writers=(write,),
     )
+
+
+def _each(fit: RotationFit) -> dict[str, Any]:
+    """Figures of one rotation."""
+    return {
+        "fk": fit.fk,
+        "ik": fit.ik,
+        "nlml": fit.fitted.nlml,
+        "noise_deg": float(np.degrees(fit.fitted.noise)),
+        "evaluations": fit.fitted.figures.evaluations,
+    }
+
+
+def _warnings_of(fit: RotationFit) -> list[str]:
+    """Say what was odd about the samples of one rotation."""
+    warnings = []
+    figures = fit.fitted.figures
+    if figures.jitter > 0.0:
+        twice = (
+            f"{figures.duplicates} of {figures.samples} samples have the readings "
+            "of another; "
+        )
+        warnings.append(
+            f"{fit.rotation}: {twice if figures.duplicates else ''}"
+            "a singular covariance was eased"
+        )
+    still = [s for s, c in zip(fit.sensors, figures.constant, strict=True) if c]
+    if still:
+        warnings.append(f"{fit.rotation}: {', '.join(still)} never changed")
+    return warnings
+
+
+def _other_gloves(glove: Glove, others: Sequence[Glove]) -> list[str]:
+    if all(tuple(other.rows) == tuple(glove.rows) for other in others):
+        return []
+    return [
+        "the samples' gloves differ in what affects their sensors; the first counts"
+    ]
 
 
 def _here(tasks: Sequence[FitTask]) -> list[RotationFit]:

@@ -1,5 +1,6 @@
-"""A calibration for another wearing, from a few samples of it."""
+"""A calibration for another donning, from a few samples of it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import GloveRewearing
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.glove import samples as samples_of
-from handclean.glove.donning import adapt_to_donning
+from handclean.glove.donning import Adapted, adapt_to_donning
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
@@ -20,17 +21,17 @@ FIGURES = {
     "shift_deg": "of each sensor, in degrees of what it measures",
     "gain": "of each sensor",
     "scale": "of what usually changes, that was most probable",
-    "doubt_deg": "what stays in doubt of the wearing [degrees]",
+    "doubt_deg": "what stays in doubt of the donning [degrees]",
 }
 
-_MANY = 3.0
-"""Times the usual change that is worth a word."""
+_MOST_USUAL_FACTOR = 3.0
+"""[-] of the usual change, above which there is a warning (chosen)."""
 
 
 def calibrate_glove_rewear(
     sources: tuple[Source, ...], settings: GloveRewearing
 ) -> Outcome:
-    """Adapt a calibration to another wearing."""
+    """Adapt a calibration to another donning."""
     given = sources[0].files.get("calibration")
     if given is None:
         raise UsageError(
@@ -48,17 +49,9 @@ def calibrate_glove_rewear(
     def write(path: Path, provenance: tuple[Entry, ...]) -> None:
         glove_files.write_calibration(path, found.calibration, provenance)
 
-    names = calibration.glove.sensors
-    own = [k for k, name in enumerate(names) if np.isfinite(found.shift[k])]
-    shift = {names[k]: float(np.degrees(found.shift[k])) for k in own}
+    shift, gain = _of_sensors(found, calibration.glove.sensors)
     before, after = np.degrees([found.before, found.after])
     most = max(shift, key=lambda name: abs(shift[name]))
-    warnings = []
-    if found.scale > _MANY:
-        warnings.append(
-            f"readings changed {found.scale:g} times more than between wearings as a "
-            "rule: another person or glove? 'calibrate-glove fit' may serve better"
-        )
     return Outcome(
         line=f"{found.samples} samples were {before:.1f} degrees off and are "
         f"{after:.1f} now; {most} moved most, by {shift[most]:+.1f}",
@@ -68,10 +61,28 @@ def calibrate_glove_rewear(
             "before_deg": float(before),
             "after_deg": float(after),
             "shift_deg": shift,
-            "gain": {names[k]: float(found.gain[k]) for k in own},
+            "gain": gain,
             "scale": found.scale,
             "doubt_deg": float(np.degrees(found.doubt)),
         },
-        warnings=tuple(warnings),
+        warnings=_warnings(found),
         writers=(write,),
+    )
+
+
+def _of_sensors(
+    found: Adapted, sensors: Sequence[str]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Shift [degrees] and gain by sensor, of those that are used."""
+    own = [k for k in range(len(sensors)) if np.isfinite(found.shift[k])]
+    shift = {sensors[k]: float(np.degrees(found.shift[k])) for k in own}
+    return shift, {sensors[k]: float(found.gain[k]) for k in own}
+
+
+def _warnings(found: Adapted) -> tuple[str, ...]:
+    if found.scale <= _MOST_USUAL_FACTOR:
+        return ()
+    return (
+        f"readings changed {found.scale:g} times more than between donnings as a "
+        "rule: another person or glove? 'calibrate-glove fit' may serve better",
     )
