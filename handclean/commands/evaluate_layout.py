@@ -1,17 +1,18 @@
 """How well layouts tell a motion: simulated, solved, compared."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from handclean.arrays import Floats
 from handclean.commands.shared import hands, motions
 from handclean.commands.shared.choices import JudgingLayouts
-from handclean.commands.shared.layout_hand import wearer
+from handclean.commands.shared.layout_hand import Wearer, wearer
 from handclean.commands.shared.take_options import TakeOptions, options_of
 from handclean.errors import UsageError
-from handclean.hand.marker_set import load_marker_set
+from handclean.hand.marker_set import MarkerSet, load_marker_set
 from handclean.layouts.evaluate import Errors, evaluate
 from handclean.runner import progress
 from handclean.runner.batch import Source
@@ -44,66 +45,94 @@ def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Ou
         for path in given
         for motion in motions.read(Source(path=path, given=said), odd)
     ]
-    sets = {source.name: load_marker_set(source.path) for source in sources}
-    for name, markers in sets.items():
-        if markers.kind != "hand":
-            raise UsageError("is for a rigid object, not a hand", where=Path(name))
+    sets = _hand_sets(sources)
     forearm = any(markers.forearm for markers in sets.values())
     worn = wearer(sources[0], [motion.side for motion in taken], forearm=forearm)
     motions.common(taken, worn.tree)
     poses = [motions.on_tree(motion, worn.tree) for motion in taken]
     poses = [part for part in poses if len(part)]
     motions.expect_enough(poses, 1, "judging a layout")
-    prior = hands.prior(sources[0])
-    found: dict[str, dict[str, Errors]] = {}
     try:
-        for name, markers in sets.items():
-            model = markers.on(worn.tree)
-            found[name] = {}
-            for kind in _KINDS:
-                progress.tell(f"{name}: {kind} inverse kinematics")
-                found[name][kind] = evaluate(
-                    model,
-                    worn.surface,
-                    poses,
-                    settings.evaluate,
-                    np.random.default_rng(sources[0].seed),
-                    prior=prior if kind == "subspace" else None,
-                    anchor=settings.anchor,
-                    solve=settings.solve,
-                )
+        found = _evaluated(sources[0], settings, sets, worn, poses)
     finally:
         progress.done()
     best = min(found, key=lambda name: found[name]["subspace"].mean_m)
-    of_best = found[best]["subspace"]
-    figures: dict[str, Any] = {
-        "takes": len(poses),
-        "frames": sum(map(len, poses)),
-        "anchor": settings.anchor,
+    counts = {name: len(markers.labels) for name, markers in sets.items()}
+    return Outcome(
+        line=_line(found, best),
+        details=_in_text(found, counts),
+        figures={
+            "takes": len(poses),
+            "frames": sum(map(len, poses)),
+            "anchor": settings.anchor,
+            **_figures_of_all(found, best, counts),
+        },
+        warnings=(*odd, *motions.left_out(taken)),
+    )
+
+
+def _figures_of_all(
+    found: Mapping[str, Mapping[str, Errors]], best: str, counts: Mapping[str, int]
+) -> dict[str, Any]:
+    """Figures of all layouts, and of the best one."""
+    return {
         "layouts": {
             name: {
-                "markers": len(sets[name].labels),
+                "markers": counts[name],
                 **{kind: _figures(errors) for kind, errors in kinds.items()},
             }
             for name, kinds in found.items()
         },
         "best": best,
-        "mean_mm": 1e3 * of_best.mean_m,
-        "max_mm": 1e3 * of_best.max_m,
+        "mean_mm": 1e3 * found[best]["subspace"].mean_m,
+        "max_mm": 1e3 * found[best]["subspace"].max_m,
     }
+
+
+def _hand_sets(sources: Sequence[Source]) -> dict[str, MarkerSet]:
+    """Load the layouts, marker sets of a hand, by their names."""
+    sets = {source.name: load_marker_set(source.path) for source in sources}
+    for name, markers in sets.items():
+        if markers.kind != "hand":
+            raise UsageError("is for a rigid object, not a hand", where=Path(name))
+    return sets
+
+
+def _evaluated(
+    source: Source,
+    settings: JudgingLayouts,
+    sets: Mapping[str, MarkerSet],
+    worn: Wearer,
+    poses: Sequence[Floats],
+) -> dict[str, dict[str, Errors]]:
+    """Errors of each layout with each kind of inverse kinematics."""
+    prior = hands.prior(source)
+    found: dict[str, dict[str, Errors]] = {}
+    for name, markers in sets.items():
+        model = markers.on(worn.tree)
+        found[name] = {}
+        for kind in _KINDS:
+            progress.tell(f"{name}: {kind} inverse kinematics")
+            found[name][kind] = evaluate(
+                model,
+                worn.surface,
+                poses,
+                settings.evaluate,
+                np.random.default_rng(source.seed),
+                prior=prior if kind == "subspace" else None,
+                anchor=settings.anchor,
+                solve=settings.solve,
+            )
+    return found
+
+
+def _line(found: Mapping[str, Mapping[str, Errors]], best: str) -> str:
+    of_best = found[best]["subspace"]
     line = (
         f"{1e3 * of_best.mean_m:.2f} mm in the mean, {1e3 * of_best.max_m:.1f} mm at "
         f"most with the subspace"
     )
-    if len(found) > 1:
-        line = f"{best} is best of {len(found)}: {line}"
-    counts = {name: len(markers.labels) for name, markers in sets.items()}
-    return Outcome(
-        line=line,
-        details=_in_text(found, counts),
-        figures=figures,
-        warnings=(*odd, *motions.left_out(taken)),
-    )
+    return f"{best} is best of {len(found)}: {line}" if len(found) > 1 else line
 
 
 def _figures(errors: Errors) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """A posture prior from joint angles."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +28,8 @@ FIGURES = {
     "held_out_misfit_deg": "RMS angle that all directions leave of those",
 }
 
-FEW = 10
-"""Frames for each angle; a prior of fewer is warned of."""
+FEW_FRAMES_PER_ANGLE = 10
+"""Frames for each angle; there is a warning of a prior of fewer (chosen)."""
 
 
 def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcome:
@@ -70,22 +71,40 @@ def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcom
         "covered": float(found.variance_share.sum()),
         **_held_out(sources[0], found, odd),
     }
+    return Outcome(
+        line=_line(figures),
+        figures=figures,
+        warnings=_warnings(sources[0], odd, learnt_from, figures),
+        writers=(write,),
+    )
+
+
+def _line(figures: Mapping[str, Any]) -> str:
     line = (
         f"{figures['directions']} directions hold {100 * figures['covered']:.1f} % of "
-        f"the variance of {len(names)} angles in {len(takes)} takes"
+        f"the variance of {figures['angles']} angles in {figures['takes']} takes"
     )
     if "held_out_covered" in figures:
         line += f", {100 * figures['held_out_covered']:.1f} % of those held out"
-    first = f"{sources[0].path}: "  # of which a warning speaks anyway
+    return line
+
+
+def _warnings(
+    source: Source,
+    odd: Sequence[str],
+    learnt_from: Sequence[motions.HandMotion],
+    figures: Mapping[str, Any],
+) -> tuple[str, ...]:
+    """Remarks on the takes, those left out, and a prior of too few frames."""
+    first = f"{source.path}: "  # of which a warning speaks anyway
     warnings = [text.removeprefix(first) for text in odd]
     warnings += motions.left_out(learnt_from)
-    if frames < FEW * len(names):
+    frames = figures["frames"]
+    if frames < FEW_FRAMES_PER_ANGLE * figures["angles"]:
         warnings.append(
             f"learnt from {frames} frames only: its directions may be those of chance"
         )
-    return Outcome(
-        line=line, figures=figures, warnings=tuple(warnings), writers=(write,)
-    )
+    return tuple(warnings)
 
 
 def in_order(names: tuple[str, ...], motion: motions.HandMotion) -> Floats:

@@ -1,7 +1,6 @@
 """A reduced marker layout for a motion."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,25 +9,21 @@ from handclean.arrays import Bools, Floats
 from handclean.commands.shared import hands, motions, needs
 from handclean.commands.shared.choices import LayingOut
 from handclean.commands.shared.layout_hand import Wearer, wearer
+from handclean.commands.shared.layout_set import marker_set_of, writers_of
 from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, UnknownSettingError, UsageError
 from handclean.hand.marker_set import MarkerSet, load_marker_set, shipped
 from handclean.hand.model import Model
-from handclean.hand.surface import Surface, vertex_normals
-from handclean.hand.template import bone_frame
-from handclean.io.gltf.write import write_hand
-from handclean.io.marker_sets import write_marker_set
+from handclean.hand.surface import Surface
 from handclean.io.mesh.meshes import read_mesh
 from handclean.layouts.choose import choose
 from handclean.layouts.feasible import counts, feasible
 from handclean.layouts.optimize import Layout, optimize
 from handclean.layouts.problem import Problem, make_problem, on_bones, subspace_of
-from handclean.report.beads import with_beads
-from handclean.report.placement_sheet import write_sheet
 from handclean.runner import progress
 from handclean.runner.batch import Source
-from handclean.runner.outcome import Entry, Outcome
-from handclean.tree import MIRROR, JointTree
+from handclean.runner.outcome import Outcome
+from handclean.tree import JointTree
 
 FIGURES = {
     "method": "how it was found",
@@ -55,16 +50,8 @@ FIGURES = {
     "tried_mm": "with --by-error: by directions tried, mean error of the skin",
 }
 
-_SEGMENTS = {
-    "hand": "HAND",
-    "distal": "TIP",
-    "middle": "MID",
-    "proximal": "PROX",
-    "metacarpal": "BASE",
-}
-
-_RED = (128, 80)
-"""Painted is what has more red and less green and blue than this."""
+_LEAST_RED, _MOST_OTHER = 128, 80
+"""[of 255] painted is what has more red and less green and blue (chosen)."""
 
 
 def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome:
@@ -73,20 +60,10 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
     progress.tell("reading motion")
     taken = [motion for source in sources for motion in motions.read(source, odd)]
     worn = wearer(sources[0], [motion.side for motion in taken])
-    tree, surface = worn.tree, worn.surface
-    names = motions.common(taken, tree)
-    takes = [motions.angles(motion, names) for motion in taken]
-    learns = "prior" not in sources[0].files and not settings.layout.full
-    what = f"a subspace of {len(names)} angles" if learns else "a layout"
-    motions.expect_enough(takes, len(names) + 1 if learns else 1, what)
-    takes = [take for take in takes if motions.known([take])]
-    given = None
-    if settings.from_set:
-        given = _glued(settings, tree)
-        model = given.on(tree)
-    else:
-        mask = _unpainted(sources[0], surface)
-        model = on_bones(surface, tree, feasible(surface, tree, settings.layout, mask))
+    names = motions.common(taken, worn.tree)
+    takes = _angles(sources[0], settings, taken, names)
+    given = _glued(settings, worn.tree) if settings.from_set else None
+    model = _candidates(sources[0], settings, worn, given)
     try:
         problem, found, errors = _found(sources[0], settings, worn, model, takes, names)
     finally:
@@ -95,7 +72,7 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
         f"handclean optimize-layout, {settings.layout.method} on {len(takes)} motions, "
         f"{sources[0].path.name} the first of them"
     )
-    markers = _marker_set(found, problem, worn, given, settings, source)
+    markers = marker_set_of(found, problem, worn, given, settings, source)
     first = f"{sources[0].path}: "  # of which a warning speaks anyway
     return Outcome(
         line=_in_words(found),
@@ -111,8 +88,33 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
             *motions.left_out(taken),
             *_doubts(found, settings),
         ),
-        writers=_writers(markers, found, worn, settings),
+        writers=writers_of(markers, found, worn, settings),
     )
+
+
+def _angles(
+    source: Source,
+    settings: LayingOut,
+    taken: Sequence[motions.HandMotion],
+    names: tuple[str, ...],
+) -> list[Floats]:
+    """(T, D) [rad] angles of takes that know some, enough for what is learnt."""
+    takes = [motions.angles(motion, names) for motion in taken]
+    learns = "prior" not in source.files and not settings.layout.full
+    what = f"a subspace of {len(names)} angles" if learns else "a layout"
+    motions.expect_enough(takes, len(names) + 1 if learns else 1, what)
+    return [take for take in takes if motions.known([take])]
+
+
+def _candidates(
+    source: Source, settings: LayingOut, worn: Wearer, given: MarkerSet | None
+) -> Model:
+    """The markers to choose from: those of a set, or on all of the skin."""
+    if given is not None:
+        return given.on(worn.tree)
+    mask = _unpainted(source, worn.surface)
+    places = feasible(worn.surface, worn.tree, settings.layout, mask)
+    return on_bones(worn.surface, worn.tree, places)
 
 
 def _doubts(found: Layout, settings: LayingOut) -> tuple[str, ...]:
@@ -214,85 +216,7 @@ def _unpainted(source: Source, surface: Surface) -> Bools | None:
             "that of a subject",
         )
     red, other = mesh.colors[:, 0], mesh.colors[:, 1:].max(axis=1)
-    return np.asarray((red <= _RED[0]) | (other >= _RED[1]))
-
-
-def labels_of(bones: Sequence[str], side: str) -> tuple[str, ...]:
-    """Names of markers on these bones: R_INDEX_TIP, R_HAND_1, R_HAND_2."""
-    plain = []
-    for bone in bones:
-        finger, _, segment = bone.partition("_")
-        words = ["L" if side == "left" else "R"]
-        words += [finger.upper()] if segment else []
-        plain.append("_".join([*words, _SEGMENTS[segment or finger]]))
-    return tuple(
-        f"{name}_{plain[: n + 1].count(name)}" if plain.count(name) > 1 else name
-        for n, name in enumerate(plain)
-    )
-
-
-def _marker_set(
-    found: Layout,
-    problem: Problem,
-    worn: Wearer,
-    given: MarkerSet | None,
-    settings: LayingOut,
-    source: str,
-) -> MarkerSet:
-    """The layout as a marker set; ``name`` is left to the file if nobody gave one."""
-    tree, model = worn.tree, problem.model
-    if given is not None:
-        labels = found.labels
-        at = given.at[found.chosen]
-    else:
-        labels = labels_of(found.bones, tree.side)
-        vertices = np.array([int(label) for label in found.labels])
-        normals = vertex_normals(worn.surface.vertices, worn.surface.faces)
-        lifted = 0.5e-3 * settings.marker_mm * normals[vertices]
-        at = _at_rest(tree, found.bones, model.at[found.chosen] + lifted)
-    return MarkerSet(
-        name=settings.name,
-        source=source,
-        kind="hand",
-        side=tree.side,
-        labels=labels,
-        bones=found.bones,
-        at=at,
-    )
-
-
-def _at_rest(tree: JointTree, bones: Sequence[str], at: Floats) -> Floats:
-    """(M, 3) side-free places on the template: what `bone_places` makes places of."""
-    free = at / tree.scale * (MIRROR if tree.side == "right" else 1.0)
-    out: Floats = np.array(
-        [place @ bone_frame(bone) for bone, place in zip(bones, free, strict=True)]
-    )
-    return out
-
-
-def _writers(
-    markers: MarkerSet, found: Layout, worn: Wearer, settings: LayingOut
-) -> tuple[Any, ...]:
-    tree, surface = worn.tree, worn.surface
-    radius = max(0.5e-3 * settings.marker_mm, 0.5e-3)
-    model: Model = markers.on(tree)
-    remarks = (
-        ()
-        if settings.from_set
-        else tuple(f"on vertex {label}" for label in found.labels)
-    )
-
-    def write_set(path: Path, _: tuple[Entry, ...]) -> None:
-        write_marker_set(path, markers, remarks=remarks)
-
-    def write_beside(path: Path, _: tuple[Entry, ...]) -> None:
-        if path.suffix.lower() == ".glb":
-            write_hand(path, tree, with_beads(surface, model, radius))
-        else:
-            title = markers.name or "Reduced marker layout"
-            write_sheet(path, model, surface, radius, title=title, source=worn.name)
-
-    return (write_set, *[write_beside for _ in settings.beside])
+    return np.asarray((red <= _LEAST_RED) | (other >= _MOST_OTHER))
 
 
 def _figures(
