@@ -247,7 +247,7 @@ def rewear(output, calibration, *paths):
 
 @pytest.fixture(scope="module")
 def again(folder):
-    """Samples of the second wearing: two poses."""
+    """Samples of the second donning: two poses."""
     made = []
     for pose in ("flat", "fist"):
         made.append(folder / f"again-{pose}.h5")
@@ -256,7 +256,7 @@ def again(folder):
     return made
 
 
-def test_a_few_samples_of_another_wearing_adapt_a_calibration(
+def test_a_few_samples_of_another_donning_adapt_a_calibration(
     folder, session, calibration, again
 ):
     out = folder / "day2.h5"
@@ -264,7 +264,7 @@ def test_a_few_samples_of_another_wearing_adapt_a_calibration(
     assert report.status == "done", report.error
     assert report.figures["after_deg"] < 0.9 * report.figures["before_deg"]
     before, after = map(glove_files.read_calibration, (calibration, out))
-    assert after.wearing is not None
+    assert after.donning is not None
     hand = after.glove.hand
     own = [hand.index(row.rotation) for row in after.glove.measured]
     errors = []
