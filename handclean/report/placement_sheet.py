@@ -7,7 +7,7 @@ markers. A ruler tells whether the printer kept the scale.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,97 +21,28 @@ from handclean.errors import FileError
 from handclean.hand.model import Model
 from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import bone_frame
-from handclean.hand.template_surface import landmarks, template_surface
 from handclean.report.drawing import MARGIN, drawn, looking, skin_colors
+from handclean.report.placements import Placement, placements
 from handclean.tree import MIRROR, JointTree
 
 PAGES = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}
-"""[mm] width and height of the paper, the first that has room is taken."""
+"""[mm] width and height of the paper (ISO 216); the first that has room is taken."""
 
-PIXEL = 0.0002
-"""[m] width of a pixel of the picture of the hand."""
+PIXEL_M = 0.0002
+"""[m] width of a pixel of the picture of the hand (chosen)."""
 
-TOLD = 3
-"""Landmarks a marker's place is told by."""
+_MARGIN_MM = 10.0
+"""[mm] of paper that printers leave white (chosen)."""
 
-_EDGE = 10.0  # [mm] that printers leave white
-_ROW, _GAP, _DOT, _RULER = 4.4, 3.0, 2.2, 14.0  # [mm]
-_ASIDE = 0.5  # sine of the least angle between directions to landmarks
-_INCH = 25.4
+_ROW_MM, _GAP_MM, _DOT_MM, _RULER_MM = 4.4, 3.0, 2.2, 14.0
+"""[mm] height of a row, gap above the table, least radius of a dot, width of the ruler
+(chosen)."""
+
+_INCH_MM = 25.4
+"""[mm] of an inch."""
+
 _INK, _RED = "#20242c", "#c8281e"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Placement:
-    """Where one marker goes.
-
-    Attributes
-    ----------
-    label, bone : its name, and what it sits on.
-    distances : (landmark, [m]) pairs, the nearest first.
-    """
-
-    label: str
-    bone: str
-    distances: tuple[tuple[str, float], ...]
-
-
-def landmark_places(tree: JointTree, surface: Surface) -> dict[str, Floats]:
-    """(3,) [m] places in the zero posture that can be found on a hand's back."""
-    own = template_surface(tree)
-    out = {}
-    for name, vertex in landmarks(tree).items():
-        if name.endswith("_crease"):
-            continue  # in the palm
-        place = own.vertices[vertex]
-        if len(surface.vertices) == len(own.vertices):
-            out[name] = surface.vertices[vertex]
-        else:
-            far = np.linalg.norm(surface.vertices - place, axis=1)
-            out[name] = surface.vertices[far.argmin()]
-    return out
-
-
-def placements(markers: Model, surface: Surface) -> list[Placement]:
-    """Say where every marker goes, its foot on the skin."""
-    marks = landmark_places(markers.tree, surface)
-    return [
-        Placement(
-            label=label,
-            bone=markers.tree.bones[bone].replace("_", " "),
-            distances=_told(foot, marks, markers.tree.bones[bone].split("_")[0]),
-        )
-        for label, bone, foot in zip(
-            markers.labels, markers.bone, feet(markers, surface), strict=True
-        )
-    ]
-
-
-def feet(markers: Model, surface: Surface) -> Floats:
-    """(M, 3) [m] the vertices nearest to the markers in the zero posture."""
-    homes = rest_joints(markers.tree)[markers.bone] + markers.at
-    far = np.linalg.norm(surface.vertices[None] - homes[:, None], axis=2)
-    out: Floats = surface.vertices[far.argmin(axis=1)]
-    return out
-
-
-def _told(
-    foot: Floats, marks: Mapping[str, Floats], finger: str
-) -> tuple[tuple[str, float], ...]:
-    """The nearest landmark of the own finger, then the nearest in other directions."""
-    away = {name: float(np.linalg.norm(place - foot)) for name, place in marks.items()}
-    names = sorted(away, key=away.__getitem__)
-    own = [name for name in names if name.startswith(f"{finger}_")]
-    chosen: list[str] = []
-    ways: list[Floats] = []
-    for aside in (_ASIDE, 0.0):
-        for name in [*own[:1], *names]:
-            unit = (marks[name] - foot) / max(away[name], 1e-9)
-            apart = all(np.linalg.norm(np.cross(unit, w)) >= aside for w in ways)
-            if apart and name not in chosen and len(chosen) < TOLD:
-                chosen.append(name)
-                ways.append(unit)
-    return tuple(sorted(((name, away[name]) for name in chosen), key=lambda p: p[1]))
+"""Colors of lines and texts, and of dots."""
 
 
 def write_sheet(
@@ -139,41 +70,27 @@ def write_sheet(
     FileError
         If it cannot be written.
     """
-    told = placements(markers, surface)
+    rows = placements(markers, surface)
     size = 1e3 * (np.ptp(surface.vertices, axis=0) + 2.0 * MARGIN)
-    needed = 2 * _EDGE + size[1] + _GAP + _ROW * (len(told) + 1)
-    fits = [
-        name
-        for name, page in PAGES.items()
-        if needed <= page[1] and size[0] + 2 * _EDGE + _RULER <= page[0]
-    ]
-    name = fits[0] if fits else list(PAGES)[-1]
+    name = _page_for(size, len(rows))
     wide, high = PAGES[name]
-    figure = Figure(figsize=(wide / _INCH, high / _INCH), facecolor="white")
+    figure = Figure(figsize=(wide / _INCH_MM, high / _INCH_MM), facecolor="white")
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_axis_off()
+    top = high - _MARGIN_MM
     thumb_left = markers.tree.side == "right"
-    sides = (_EDGE, wide - _EDGE) if thumb_left else (wide - _EDGE, _EDGE)
+    sides = (_MARGIN_MM, wide - _MARGIN_MM)
+    thumb_edge, other_edge = sides if thumb_left else sides[::-1]
     lines = (f"{markers.tree.side} hand, from its back", source, f"100 % on {name}")
-    _title(axes, title, lines, sides[0], high - _EDGE)
-    _ruler(axes, sides[1], high - _EDGE - 100.0)
+    _title(axes, title, lines, thumb_edge, top)
+    _ruler(axes, other_edge, top - 100.0)
+    free = wide - 2 * _MARGIN_MM - _RULER_MM - size[0]  # all of it on the thumb's side
+    corner = _MARGIN_MM + (free if thumb_left else _RULER_MM), top
     numbers = {label: str(n) for n, label in enumerate(markers.labels, start=1)}
-    free = wide - 2 * _EDGE - _RULER - size[0]  # all of it on the thumb's side
-    corner = _EDGE + (free if thumb_left else _RULER), high - _EDGE
     _panel(axes, surface, looking(0.0, 0.0), markers, numbers, radius, corner)
-    part, few = _thumb(surface, markers)
-    if few.labels:
-        view = _thumb_view(markers.tree)
-        across = 1e3 * (np.ptp(part.vertices @ view.T, axis=0) + 2.0 * MARGIN)
-        corner = (
-            _EDGE if thumb_left else wide - _EDGE - across[0],
-            high - _EDGE - size[1] + across[1] + _ROW,
-        )
-        _panel(axes, part, view, few, numbers, radius, corner)
-        below = corner[0] + 0.5 * across[0], corner[1] - across[1] - 1.0
-        _write(axes, *below, "onto the thumb's nail", size=7, ha="center")
+    _thumb_panel(axes, surface, markers, numbers, radius, (thumb_edge, top - size[1]))
     axes.set(xlim=(0.0, wide), ylim=(0.0, high), aspect="equal")
-    _table(axes, told, high - _EDGE - size[1] - _GAP, wide)
+    _table(axes, rows, top - size[1] - _GAP_MM, wide)
     try:
         _save(figure, path)
     except OSError as error:
@@ -181,6 +98,39 @@ def write_sheet(
     if name == "A4":
         return ()
     return (f"the sheet needs {name}: hand and table do not fit on A4",)
+
+
+def _page_for(size: Floats, rows: int) -> str:
+    """Name of the smallest page for a hand of a size [mm] and so many rows."""
+    needed = 2 * _MARGIN_MM + size[1] + _GAP_MM + _ROW_MM * (rows + 1)
+    fits = [
+        name
+        for name, page in PAGES.items()
+        if needed <= page[1] and size[0] + 2 * _MARGIN_MM + _RULER_MM <= page[0]
+    ]
+    return fits[0] if fits else list(PAGES)[-1]
+
+
+def _thumb_panel(
+    axes: Any,
+    surface: Surface,
+    markers: Model,
+    numbers: Mapping[str, str],
+    radius: float,
+    edge: tuple[float, float],
+) -> None:
+    """Draw the thumb from its nail, if it has markers; ``edge``: page's and hand's."""
+    part, few = _thumb(surface, markers)
+    if not few.labels:
+        return
+    view = _thumb_view(markers.tree)
+    across = 1e3 * (np.ptp(part.vertices @ view.T, axis=0) + 2.0 * MARGIN)
+    thumb_left = markers.tree.side == "right"
+    left = edge[0] if thumb_left else edge[0] - across[0]
+    corner = (left, edge[1] + across[1] + _ROW_MM)
+    _panel(axes, part, view, few, numbers, radius, corner)
+    below = corner[0] + 0.5 * across[0], corner[1] - across[1] - 1.0
+    _write(axes, *below, "onto the thumb's nail", size=7, ha="center")
 
 
 def _thumb(surface: Surface, markers: Model) -> tuple[Surface, Model]:
@@ -233,8 +183,8 @@ def _panel(
     corner : [mm] the upper left one, on the page.
     """
     colors = 0.35 * skin_colors(surface) + 0.65
-    picture = drawn(surface.vertices, surface.faces, colors, view, PIXEL)
-    tall, wide = (1e3 * PIXEL * size for size in picture.shape[:2])
+    picture = drawn(surface.vertices, surface.faces, colors, view, PIXEL_M)
+    tall, wide = (1e3 * PIXEL_M * size for size in picture.shape[:2])
     left, high = corner
     extent = (left, left + wide, high - tall, high)
     there = np.where((picture < 255).any(axis=2, keepdims=True), 255, 0)
@@ -245,7 +195,7 @@ def _panel(
     for label, home in zip(markers.labels, homes, strict=True):
         x = left + 1e3 * (home[0] - seen[:, 0].min() + MARGIN)
         y = high - 1e3 * (seen[:, 1].max() + MARGIN - home[1])
-        size = max(1e3 * radius, _DOT)
+        size = max(1e3 * radius, _DOT_MM)
         axes.add_patch(Circle((x, y), size, facecolor=_RED, edgecolor="white"))
         style = {"ha": "center", "va": "center_baseline", "color": "white"}
         _write(axes, x, y, numbers[label], size=8, weight="bold", **style)
@@ -265,7 +215,7 @@ def _write(axes: Any, x: float, y: float, text: str, **style: Any) -> None:
 
 def _ruler(axes: Any, edge: float, low: float) -> None:
     """A ruler of 100 mm to check the printed scale by, standing at a page's edge."""
-    inwards, side = (1.0, "left") if edge <= _EDGE else (-1.0, "right")
+    inwards, side = (1.0, "left") if edge <= _MARGIN_MM else (-1.0, "right")
     axes.plot([edge, edge], [low, low + 100], color=_INK, linewidth=0.8)
     for mm in range(0, 101, 5):
         size = inwards * (3.0 if mm % 10 == 0 else 1.6)
@@ -277,14 +227,14 @@ def _ruler(axes: Any, edge: float, low: float) -> None:
 
 def _table(axes: Any, told: Sequence[Placement], high: float, wide: float) -> None:
     """Number, name, bone, distances."""
-    columns = (_EDGE, _EDGE + 8.0, _EDGE + 42.0, _EDGE + 74.0)
+    columns = (_MARGIN_MM, _MARGIN_MM + 8.0, _MARGIN_MM + 42.0, _MARGIN_MM + 74.0)
     heads = ("", "marker", "on", "mm from (straight, hand flat)")
-    y = high - _ROW
+    y = high - _ROW_MM
     for x, text in zip(columns, heads, strict=True):
         _write(axes, x, y, text, size=8, weight="bold")
-    axes.plot([_EDGE, wide - _EDGE], [y - 1.4] * 2, color=_INK, linewidth=0.6)
+    axes.plot([_MARGIN_MM, wide - _MARGIN_MM], [y - 1.4] * 2, color=_INK, linewidth=0.6)
     for n, one in enumerate(told, start=1):
-        y -= _ROW
+        y -= _ROW_MM
         far = ",  ".join(
             f"{1e3 * size:.0f} {name.replace('_', ' ')}" for name, size in one.distances
         )

@@ -12,6 +12,7 @@ from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.template import template
 from handclean.hand.template_surface import landmarks, template_surface
 from handclean.report import placement_sheet as sheets
+from handclean.report import placements as placed
 
 DPI, INCH = 200, 25.4
 
@@ -79,8 +80,8 @@ def test_distances_are_those_from_the_landmarks():
     model = load_marker_set("schroeder17").on(tree)
     marks = {name: surface.vertices[v] for name, v in landmarks(tree).items()}
     homes = marker_positions(model, neutral_pose(tree)[None])[0]
-    for one, home in zip(sheets.placements(model, surface), homes, strict=True):
-        assert len(one.distances) == sheets.TOLD
+    for one, home in zip(placed.placements(model, surface), homes, strict=True):
+        assert len(one.distances) == placed.LANDMARKS_OF_A_MARKER
         assert [d for _, d in one.distances] == sorted(d for _, d in one.distances)
         own = one.bone.split()[0]
         assert own == "hand" or any(n.startswith(own) for n, _ in one.distances)
@@ -93,8 +94,8 @@ def test_distances_are_those_from_the_landmarks():
 def test_a_skin_of_its_own_has_its_landmarks_near_the_templates():
     tree = template("left")
     fine, coarse = (template_surface(tree, coarse=c) for c in (False, True))
-    there = sheets.landmark_places(tree, fine)
-    near = sheets.landmark_places(tree, replace(coarse, colors=None))
+    there = placed.landmark_places(tree, fine)
+    near = placed.landmark_places(tree, replace(coarse, colors=None))
     assert there.keys() == near.keys()
     for name, place in there.items():
         assert np.linalg.norm(near[name] - place) < 0.004

@@ -2,14 +2,7 @@
 
 Side-free, as `handclean.hand.template`: (towards the thumb, towards the fingers, out of
 the back). Fingers are spread while the skin is made, so that it cannot grow together.
-
-Sizes, means of men and women
-    Finger breadths and depths at the joints: Garrett, The adult human hand: some
-    anthropometric and biomechanical considerations, Human Factors 13 (1971) 117-131
-    (index: 19 mm wide at the middle joint, 17 at the outer one; thumb 22 at its outer
-    joint). Wrist 60 x 42 mm, its circumference as Greiner's (1991, see
-    `handclean.hand.template`); hand 28 mm thick at the metacarpals. Webs reach 40 to
-    45 % of the first phalanx beyond the knuckle.
+Sizes are those of `sizes`.
 """
 
 from dataclasses import dataclass
@@ -19,6 +12,19 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Floats
+from handclean.factory.sculpt.sizes import (
+    FINGER,
+    GIRTH,
+    HEEL,
+    HYPOTHENAR,
+    METACARPALS,
+    PADS,
+    STUB_MM,
+    THENAR,
+    THUMB,
+    TIP_CAP,
+    WRIST,
+)
 from handclean.factory.sculpt.tubes import Tube, blend
 from handclean.hand.surface import rest_joints
 from handclean.hand.template import FINGERS, bone_frame, distal_length, template
@@ -28,66 +34,6 @@ SPREAD = {"thumb": 0.0, "index": 9.0, "middle": 1.0, "ring": -7.0, "little": -16
 
 WEB = 0.42
 """How far the webs reach beyond the knuckle, share of the first phalanx."""
-
-# A row per knot: which segment and the share of it, then width to a side, height of
-# the back and depth of the pad over the axis [mm]. Segment -1 is before the first.
-_Row = tuple[int, float, float, float, float]
-
-_FINGER: tuple[_Row, ...] = (  # of the index finger
-    (-1, 14.0, 9.0, 9.0, 10.0),
-    (0, 0.00, 10.0, 10.4, 11.0),
-    (0, 0.30, 9.2, 9.0, 11.0),
-    (0, 0.60, 8.7, 8.0, 10.4),
-    (0, 0.85, 9.0, 8.1, 8.8),
-    (1, 0.00, 9.5, 8.7, 7.5),
-    (1, 0.20, 9.1, 7.9, 8.4),
-    (1, 0.55, 8.3, 6.9, 8.5),
-    (1, 0.85, 8.3, 6.7, 7.3),
-    (2, 0.00, 8.5, 6.9, 6.7),
-    (2, 0.25, 8.2, 6.2, 7.2),
-    (2, 0.55, 7.8, 5.4, 7.2),
-    (2, 1.00, 6.6, 4.2, 5.8),
-)
-
-_THUMB: tuple[_Row, ...] = (
-    (-1, 8.0, 10.0, 9.0, 10.0),
-    (0, 0.00, 11.0, 11.0, 13.0),
-    (0, 0.45, 11.5, 10.0, 15.0),
-    (0, 0.80, 11.5, 10.5, 14.0),
-    (1, 0.00, 11.3, 11.0, 12.3),
-    (1, 0.30, 10.3, 9.6, 11.6),
-    (1, 0.60, 9.8, 8.8, 10.6),
-    (2, 0.00, 11.0, 9.0, 9.0),
-    (2, 0.25, 10.9, 7.7, 9.9),
-    (2, 0.55, 10.3, 6.4, 9.7),
-    (2, 1.00, 8.0, 4.6, 7.2),
-)
-
-_GIRTH = {"thumb": 1.0, "index": 1.0, "middle": 1.01, "ring": 0.92, "little": 0.80}
-_TIP_CAP = {"thumb": 0.52, "index": 0.55, "middle": 0.52, "ring": 0.52, "little": 0.55}
-
-# Metacarpals: start (3), then half width, height, depth at the start and the knuckle.
-_METACARPALS = {
-    "index": ((13.0, 4.0, -1.0), (12.5, 11.0, 16.0), (11.6, 11.4, 16.0)),
-    "middle": ((3.0, 3.0, 0.0), (12.5, 11.5, 16.0), (12.2, 11.8, 17.4)),
-    "ring": ((-7.0, 3.0, -1.0), (12.5, 11.0, 16.0), (11.8, 11.4, 16.2)),
-    "little": ((-16.0, 4.0, -2.5), (12.5, 10.0, 15.0), (10.8, 10.2, 14.0)),
-}
-
-# Eminences: start, stop, half width, height, depth [mm] at the middle.
-_THENAR = ((13.0, 6.0, -13.0), (45.0, 50.0, -13.0), 15.0, 11.0, 16.0)
-_HYPOTHENAR = ((-21.0, 2.0, -10.0), (-34.0, 64.0, -10.0), 13.5, 11.0, 14.5)
-_PADS = ((30.0, 82.0, -6.5), (-39.0, 70.0, -8.5), 18.0, 6.0, 11.5)
-_HEEL = ((-14.0, 12.0, -12.0), (14.0, 12.0, -12.0), 13.0, 10.0, 11.0)
-
-_STUB = 25.0  # [mm] of wrist below the crease
-_WRIST = (  # y, half width, height, depth [mm]
-    (-29.0, 27.5, 18.5, 19.5),
-    (-10.0, 28.0, 17.5, 19.5),
-    (0.0, 29.0, 15.5, 19.0),
-    (10.0, 29.0, 14.0, 18.0),
-    (26.0, 28.0, 12.0, 15.0),
-)
 
 _MM = 1e-3
 
@@ -128,7 +74,7 @@ class Anatomy:
         out = self.palm[0][0].distance(points)
         for tube, width in self.palm[1:]:
             out = blend(out, tube.distance(points), width)
-        cut = -_STUB * _MM - points[:, 1]
+        cut = -STUB_MM * _MM - points[:, 1]
         return -blend(-out, -cut, 5.0 * _MM)
 
     def distance(self, points: Floats) -> Floats:
@@ -175,10 +121,10 @@ def anatomy() -> Anatomy:
     knuckles = rest_joints(tree)
     fingers = tuple(_finger(name) for name in FINGERS)
     palm = [(_wrist(), 0.0)]
-    for name, row in _METACARPALS.items():
+    for name, row in METACARPALS.items():
         knuckle = knuckles[tree.bone(f"{name}_proximal")]
         palm.append((_metacarpal(knuckle, *row), 13.0 * _MM))
-    mounds = (_HEEL, _THENAR, _HYPOTHENAR, _PADS)
+    mounds = (HEEL, THENAR, HYPOTHENAR, PADS)
     palm += [(_mound(*row), 10.0 * _MM) for row in mounds]
     webs = [
         web for first, second in pairwise(fingers[1:]) for web in _web(first, second)
@@ -194,11 +140,11 @@ def _finger(name: str) -> Finger:
     sizes = [float(np.linalg.norm(tree.offsets[b])) for b in bones[1:]]
     sizes.append(distal_length(tree, name))
     joints = np.concatenate([[0.0], np.cumsum(sizes)])
-    rows = np.array(_THUMB if name == "thumb" else _FINGER)
+    rows = np.array(THUMB if name == "thumb" else FINGER)
     segment = rows[1:, 0].astype(np.int64)
     along = joints[segment] + rows[1:, 1] * np.array(sizes)[segment]
     knots = np.concatenate([[-rows[0, 1] * _MM], along])
-    half, back, palm = _GIRTH[name] * _MM * rows[:, 2:].T
+    half, back, palm = GIRTH[name] * _MM * rows[:, 2:].T
     tube = Tube(
         origin=rest_joints(tree)[bones[0]],
         frame=turn_of(name) @ bone_frame(name),
@@ -206,13 +152,13 @@ def _finger(name: str) -> Finger:
         half=half,
         back=back,
         palm=palm,
-        caps=(8.0 * _MM, _TIP_CAP[name] * sizes[2]),
+        caps=(8.0 * _MM, TIP_CAP[name] * sizes[2]),
     )
     return Finger(name=name, tube=tube, joints=joints)
 
 
 def _wrist() -> Tube:
-    y, half, back, palm = _MM * np.array(_WRIST).T
+    y, half, back, palm = _MM * np.array(WRIST).T
     return Tube(
         origin=np.array([0.0, 0.0, -1.5]) * _MM,
         frame=np.eye(3),
