@@ -50,11 +50,11 @@ class TakeNumber:
 Where = Path | Place | TakeNumber | str
 """A file, a part of one, or the option or thing that something is wrong with."""
 
-_LONGEST = 100
-"""Characters of a name that a message shows."""
+_MOST_CHARACTERS = 100
+"""Characters of a name that a message shows (chosen)."""
 
-_MOST = 200
-"""Names that one is compared with."""
+_MOST_NAMES = 200
+"""Names that one is compared with (chosen)."""
 
 
 class HandcleanError(Exception):
@@ -177,13 +177,13 @@ class UnknownNameError(HandcleanError):
         name: str,
         known: Collection[str],
     ) -> None:
-        name = str(name)[:_LONGEST]
-        some = sorted(known)[:_MOST]
+        name = str(name)[:_MOST_CHARACTERS]
+        some = sorted(known)[:_MOST_NAMES]
         close = get_close_matches(name, some, n=2)
         if close:
             hint = f"did you mean {' or '.join(close)}?"
         elif known:
-            hint = f"known: {', '.join(some)}{', ...' * (len(known) > _MOST)}"
+            hint = f"known: {', '.join(some)}{', ...' * (len(known) > _MOST_NAMES)}"
         else:
             hint = "there are none"
         super().__init__(f"no {kind} is called '{name}'; {hint}", where=where)

@@ -26,7 +26,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 SCALARS = (str, int, float, bool)
 
-_MOST = {int: 2**31 - 1, float: 1e9}
+_LARGEST = {int: 2**31 - 1, float: 1e9}
 """No setting is larger, whatever its unit: what is computed from it stays a number
 (chosen)."""
 
@@ -177,12 +177,14 @@ class Setting:
             if self.words is not None:
                 should = self.words.broken(part)
                 part = f"'{part}'"
-            elif self.kind in _MOST:
+            elif self.kind in _LARGEST:
                 should = self.limits.broken(part, self.kind)
                 if not should and math.isnan(part):
                     should = "be a finite number"
-                if not should and abs(part) > _MOST[self.kind]:
-                    return f"{self.name} should be {_number(_MOST[self.kind])} at most"
+                if not should and abs(part) > _LARGEST[self.kind]:
+                    return (
+                        f"{self.name} should be {_number(_LARGEST[self.kind])} at most"
+                    )
             if should:
                 return f"{self.name} should {should}, not {part}"
         return ""
@@ -231,7 +233,7 @@ def _setting(field: "dataclasses.Field[Any]", hint: Any) -> Setting:
         raise TypeError(f"{field.name} should be a plain value or a tuple of one kind")
     limits, words = Limits(), None
     for one in declared:
-        if isinstance(one, Limits) and parts[0] in _MOST:
+        if isinstance(one, Limits) and parts[0] in _LARGEST:
             limits = one
         elif isinstance(one, Words) and parts[0] is str:
             words = one

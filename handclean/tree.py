@@ -151,10 +151,10 @@ def rigid_tree(subject: str = "") -> JointTree:
 
 
 MOST_SCALE = 1000.0
-"""Times the template; nothing that cameras follow is larger."""
+"""[-] times the template; nothing that cameras follow is larger (chosen)."""
 
 MOST_BONES = 1000
-"""Bones and hinges of a tree; no body has so many."""
+"""Bones and hinges of a tree; no body has so many (chosen)."""
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 """Mirrors places in a hand's frame; an axis, being axial, takes the opposite sign."""

@@ -32,7 +32,7 @@ PRECISION = ("thumb_index", "thumb_2_finger")
 MANY_FINGERS = ("thumb_4_finger", "disk_precision", "sphere_precision")
 SMALL_POWER = ("small_diameter", "medium_wrap")
 
-_RADIUS, _PIXEL = 0.005, 0.00095  # [m]
+_RADIUS_M, _PIXEL_M = 0.005, 0.00095  # [m]
 _VIEW = looking(-12.0, 0.0)  # a little from the thumb, whose nail looks there
 
 _SIX = LayoutConfig(markers=6, share=0.95)
@@ -91,9 +91,9 @@ def layout(grasps: tuple[str, ...], settings: LayoutConfig) -> Model:
 
 def drawn_layout(model: Model) -> Bytes:
     """(H, W, 3) the hand's back with its markers."""
-    skin = with_beads(template_surface(model.tree), model, _RADIUS)
+    skin = with_beads(template_surface(model.tree), model, _RADIUS_M)
     assert skin.colors is not None
-    return drawn(skin.vertices, skin.faces, skin.colors / 255.0, _VIEW, _PIXEL)
+    return drawn(skin.vertices, skin.faces, skin.colors / 255.0, _VIEW, _PIXEL_M)
 
 
 def picture(target: Path) -> None:

@@ -13,12 +13,12 @@ from handclean.hand.template_surface import template_surface
 from handclean.report.drawing import drawn, looking, side_by_side
 from handclean.tree import JointTree
 
-SHARES = (0.0, 0.5, 1.0)
+FIST_SHARES = (0.0, 0.5, 1.0)
 """How much of a fist is made."""
 
-_VIEW = (150.0, 20.0)  # [degrees] as of `looking`: the palm, from the thumb's side
-_PIXEL = 0.00085  # [m]
-_MANY = 20_000  # faces from which a mesh is fine enough to be drawn
+_VIEW_DEG = (150.0, 20.0)  # [degrees] as of `looking`: the palm, from the thumb's side
+_PIXEL_M = 0.00085  # [m]
+_FINE_FACES = 20_000  # faces from which a mesh is fine enough to be drawn
 
 
 def rig_picture(tree: JointTree, surface: Surface) -> Bytes:
@@ -27,7 +27,7 @@ def rig_picture(tree: JointTree, surface: Surface) -> Bytes:
     From left to right: the zero posture, half a fist, a fist; seen from the palm.
     """
     rows = [
-        side_by_side([_one(skin, tree, share) for share in SHARES])
+        side_by_side([_one(skin, tree, share) for share in FIST_SHARES])
         for skin in (template_surface(tree), surface)
     ]
     wide = max(row.shape[1] for row in rows)
@@ -49,9 +49,9 @@ def _one(skin: Surface, tree: JointTree, share: float) -> Bytes:
         degrees = dict.fromkeys(tree.hinges, 0.0)
     places = posed(skin, tree, pose_with(tree, degrees)[None])[0]
     faces, colors = skin.faces, weight_colors(skin, tree)
-    while len(faces) < _MANY:
+    while len(faces) < _FINE_FACES:
         faces, places, colors = quartered(faces, places, colors)
-    return drawn(places, faces, colors, looking(*_VIEW), _PIXEL)
+    return drawn(places, faces, colors, looking(*_VIEW_DEG), _PIXEL_M)
 
 
 def quartered(

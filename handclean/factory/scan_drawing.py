@@ -9,9 +9,9 @@ from handclean.arrays import Bytes, Floats, Ints
 from handclean.hand.surface import Surface
 from handclean.report.drawing import drawn, looking, side_by_side, skin_colors
 
-_VIEWS = ((-20.0, 10.0), (160.0, 10.0))  # [degrees] as of `looking`: back and palm
-_PIXEL = 0.0009  # [m]
-_DOT = 0.0007  # [m] side of the triangle that stands for a point
+_VIEWS_DEG = ((-20.0, 10.0), (160.0, 10.0))  # [degrees] as of `looking`: back and palm
+_PIXEL_M = 0.0009  # [m]
+_DOT_M = 0.0007  # [m] side of the triangle that stands for a point
 
 
 def scan_picture(
@@ -34,10 +34,10 @@ def scan_picture(
     dots, faces, paint = _dots(points, normals, colors / 255.0)
     skin = skin_colors(surface)
     rows = []
-    for view in (looking(*angles) for angles in _VIEWS):
-        row = [drawn(dots, faces, paint, view, _PIXEL)]
+    for view in (looking(*angles) for angles in _VIEWS_DEG):
+        row = [drawn(dots, faces, paint, view, _PIXEL_M)]
         row += [
-            drawn(places, surface.faces, skin, view, _PIXEL)
+            drawn(places, surface.faces, skin, view, _PIXEL_M)
             for places in (aligned, fitted)
         ]
         rows.append(side_by_side(row))
@@ -60,7 +60,7 @@ def _dots(
     """Vertices, faces and colours of one small triangle for each point."""
     helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]])
     a = np.cross(normals, helper)
-    a *= _DOT / np.linalg.norm(a, axis=1, keepdims=True)
+    a *= _DOT_M / np.linalg.norm(a, axis=1, keepdims=True)
     b = np.cross(normals, a)
     corners = np.stack([points - a - b, points + a - b, points + b], axis=1)
     faces = np.arange(3 * len(points)).reshape(-1, 3)

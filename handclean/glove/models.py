@@ -45,8 +45,8 @@ from handclean.numerics.gp.settings import FitSettings
 
 KINDS = (*EXACT, "spgp", "linear", "two-pose")
 
-BATCH = 512
-"""Readings predicted at a time: memory does not grow with a stream's length."""
+BATCH_READINGS = 512
+"""Readings predicted at a time; memory does not grow with a stream (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,8 +116,8 @@ class Fitted:
         """
         expect_shape("inputs", inputs, "n", len(self.scaling.center))
         mean, variance = np.zeros(len(inputs)), np.zeros(len(inputs))
-        for begin in range(0, len(inputs), BATCH):
-            rows = slice(begin, begin + BATCH)
+        for begin in range(0, len(inputs), BATCH_READINGS):
+            rows = slice(begin, begin + BATCH_READINGS)
             scaled = self.scaling.inputs(inputs[rows])
             mean[rows], variance[rows] = self._predictor(scaled)
         size = self.scaling.target_spread

@@ -14,8 +14,8 @@ from handclean.errors import FileError, Where
 from handclean.glove.gloves import Glove
 from handclean.glove.smooth import smoothed
 
-_STILL = 30
-"""Frames in which a sensor that works changes at least once."""
+_LEAST_FRAMES = 30
+"""Frames in which a sensor that works changes at least once (chosen)."""
 
 
 def columns(where: Where, glove: Glove, sensors: Sequence[str], count: int) -> Ints:
@@ -132,7 +132,7 @@ class Watch:
             names = _names(self._glove, self._stuck > 0)
             told.append(f"{names} saturated in {share:.3g} % of frames")
         still = (self._low == self._high) & ~empty
-        if moving and self.frames >= _STILL and still.any():
+        if moving and self.frames >= _LEAST_FRAMES and still.any():
             names = _names(self._glove, still)
             told.append(f"{names} never changed: is it connected?")
         return tuple(told)

@@ -45,11 +45,11 @@ EXACT: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """Mean and covariance terms of each full model."""
 
-TINY = 1e-18
-"""Least variance of scaled residuals."""
+LEAST_VARIANCE = 1e-18
+"""[-] least variance of scaled residuals (chosen)."""
 
-POSE_SHARE = 0.02
-"""Samples this near to the ends of the targets' range are the two poses."""
+POSE_RANGE_SHARE = 0.02
+"""[-] share of the targets' range at whose ends samples are the two poses (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,7 +156,7 @@ def _fit_linear(
     line = inverse @ (columns.T @ targets)
     left = targets - columns @ line
     freedom = len(targets) - columns.shape[1]
-    variance = max(float(left @ left) / freedom, TINY)
+    variance = max(float(left @ left) / freedom, LEAST_VARIANCE)
     arrays = {"line": line, "covariance": variance * inverse}
     return Made(arrays=arrays, nlml=_nlml(left), noise=float(np.sqrt(variance)))
 
@@ -171,12 +171,12 @@ def _fit_two_pose(
     """A line through two poses: what gloves' own calibration does.
 
     The poses are the samples at the two ends of the targets' range, within
-    ``POSE_SHARE`` of it; only the first input counts. How far the line is from the
-    truth between them nobody knows: the variance, that of all samples about the line,
+    `POSE_RANGE_SHARE` of it; only the first input counts. How far the line is from the
+    truth between them is not known: the variance, that of all samples about the line,
     stands for both.
     """
     low, high = targets.min(), targets.max()
-    near = POSE_SHARE * (high - low)
+    near = POSE_RANGE_SHARE * (high - low)
     ends = [targets <= low + near, targets >= high - near]
     (s0, t0), (s1, t1) = [(inputs[at, 0].mean(), targets[at].mean()) for at in ends]
     if not abs(s1 - s0) > 1e-9:
@@ -188,7 +188,7 @@ def _fit_two_pose(
     line[-1] = t0 - line[0] * s0
     left = targets - inputs @ line[:-1] - line[-1]
     covariance = np.zeros((len(line), len(line)))
-    covariance[-1, -1] = max(float(left @ left) / len(left), TINY)
+    covariance[-1, -1] = max(float(left @ left) / len(left), LEAST_VARIANCE)
     arrays = {"line": line, "covariance": covariance}
     return Made(
         arrays=arrays, nlml=_nlml(left), noise=float(np.sqrt(covariance[-1, -1]))
@@ -197,7 +197,7 @@ def _fit_two_pose(
 
 def _nlml(left: Floats) -> float:
     """Negative log likelihood of residuals with the variance that makes it least."""
-    variance = max(float(left @ left) / len(left), TINY)
+    variance = max(float(left @ left) / len(left), LEAST_VARIANCE)
     return 0.5 * len(left) * (float(np.log(2.0 * np.pi * variance)) + 1.0)
 
 

@@ -13,6 +13,7 @@ RED = (200, 30, 40)
 """Colour of the spheres."""
 
 _AROUND, _RINGS = 12, 7
+"""Vertices of a ring of the sphere, and rings (chosen)."""
 
 
 def sphere(radius: float) -> tuple[Floats, Ints]:

@@ -13,17 +13,22 @@ from handclean.arrays import Bytes, Floats, Ints
 from handclean.hand.surface import Surface, vertex_normals
 from handclean.hand.template_surface import shipped_skin
 
-PIXEL = 0.0006
-"""[m] width of a pixel."""
+PIXEL_M = 0.0006
+"""[m] width of a pixel (chosen)."""
 
-MARGIN = 0.004
-"""[m] of white around a picture."""
+MARGIN_M = 0.004
+"""[m] of white around a picture (chosen)."""
 
-_SKIN = np.array([0.94, 0.75, 0.63])
-_NAIL = np.array([0.98, 0.86, 0.80])
+_SKIN_COLOR = np.array([0.94, 0.75, 0.63])
+_NAIL_COLOR = np.array([0.98, 0.86, 0.80])
 _LIGHT = np.array([-0.35, 0.55, 0.75]) / np.linalg.norm([-0.35, 0.55, 0.75])
-_FINER = 2  # samples a pixel, each way
-_BATCH = 1000  # triangles sampled at once
+"""Colors (red, green, blue; 0 to 1), and where light comes from (chosen)."""
+
+_SAMPLES_PER_PIXEL = 2
+"""Samples of a pixel, each way (chosen)."""
+
+_BATCH_TRIANGLES = 1000
+"""Triangles sampled at once (chosen; memory)."""
 
 
 def looking(azimuth: float, elevation: float) -> Floats:
@@ -42,15 +47,15 @@ def looking(azimuth: float, elevation: float) -> Floats:
 
 def skin_colors(surface: Surface) -> Floats:
     """(V, 3) skin and, on the fine template, nails."""
-    out = np.tile(_SKIN, (len(surface.vertices), 1))
+    out = np.tile(_SKIN_COLOR, (len(surface.vertices), 1))
     nails = shipped_skin().nails
     if len(nails) == len(out):
-        out[nails] = _NAIL
+        out[nails] = _NAIL_COLOR
     return out
 
 
 def drawn(
-    vertices: Floats, faces: Ints, colors: Floats, view: Floats, pixel: float = PIXEL
+    vertices: Floats, faces: Ints, colors: Floats, view: Floats, pixel: float = PIXEL_M
 ) -> Bytes:
     """(H, W, 3) picture of a mesh on white.
 
@@ -63,16 +68,18 @@ def drawn(
     """
     places = vertices @ view.T
     normals = vertex_normals(vertices, faces) @ view.T
-    fine = pixel / _FINER
-    low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
-    wide, tall = (_FINER * (int((high - low)[k] / pixel) + 1) for k in (0, 1))
+    fine = pixel / _SAMPLES_PER_PIXEL
+    low, high = places.min(axis=0) - MARGIN_M, places.max(axis=0) + MARGIN_M
+    wide, tall = (
+        _SAMPLES_PER_PIXEL * (int((high - low)[k] / pixel) + 1) for k in (0, 1)
+    )
     picture, depth = np.ones((tall * wide, 3)), np.full(tall * wide, -np.inf)
     sides = np.linalg.norm(places[faces] - places[np.roll(faces, 1, axis=1)], axis=2)
     counts = (1.3 * sides.max(axis=1) / fine).astype(np.int64) + 2
     rows = np.argsort(counts, kind="stable")
-    for start in range(0, len(faces), _BATCH):
-        some = faces[rows[start : start + _BATCH]]
-        shares = _samples(int(counts[rows[start : start + _BATCH]].max()))
+    for start in range(0, len(faces), _BATCH_TRIANGLES):
+        some = faces[rows[start : start + _BATCH_TRIANGLES]]
+        shares = _samples(int(counts[rows[start : start + _BATCH_TRIANGLES]].max()))
         at, out, color = (
             np.einsum("sn,fnk->fsk", shares, values[some]).reshape(-1, 3)
             for values in (places, normals, colors)
@@ -85,7 +92,13 @@ def drawn(
         # Of samples in one pixel the last assigned, the nearest, stays.
         depth[spot[order]] = at[order, 2]
         picture[spot[order]] = _shaded(out[order], color[order])
-    blocks = picture.reshape(tall // _FINER, _FINER, wide // _FINER, _FINER, 3)
+    blocks = picture.reshape(
+        tall // _SAMPLES_PER_PIXEL,
+        _SAMPLES_PER_PIXEL,
+        wide // _SAMPLES_PER_PIXEL,
+        _SAMPLES_PER_PIXEL,
+        3,
+    )
     # Steps of four make a file a third as large; nobody sees them.
     steps = np.round(64.0 * blocks.mean(axis=(1, 3)))
     rounded: Bytes = np.minimum(4.0 * steps, 255.0).astype(np.uint8)

@@ -14,11 +14,11 @@ from handclean.recording import Trajectories
 NOBODY = -1
 """A sample that is none of the reference's: a ghost, or a point nobody named there."""
 
-CHUNK = 2000
-"""Frames whose distances are held at once."""
+CHUNK_FRAMES = 2000
+"""Frames whose distances are held at once (chosen; memory)."""
 
-AGREE = 0.99
-"""Share of samples of one frame and column that should lie at one place."""
+LEAST_AGREEING_SHARE = 0.99
+"""[-] share of samples of one frame and column that lie at one place (chosen)."""
 
 
 def who_is_who(
@@ -61,7 +61,7 @@ def _agree(there: Floats, here: Floats, found: Ints, tolerance_m: float) -> bool
         return False
     away = there[frame, found[frame, column]] - here[frame, column]
     near = np.linalg.norm(away, axis=1) <= tolerance_m
-    return bool(np.mean(near) >= AGREE)
+    return bool(np.mean(near) >= LEAST_AGREEING_SHARE)
 
 
 def _by_place(there: Floats, here: Floats, tolerance_m: float) -> Ints:
@@ -69,8 +69,8 @@ def _by_place(there: Floats, here: Floats, tolerance_m: float) -> Ints:
     found = np.full(here.shape[:2], NOBODY, dtype=np.int64)
     if there.shape[1] == 0:
         return found
-    for start in range(0, len(here), CHUNK):
-        rows = slice(start, start + CHUNK)
+    for start in range(0, len(here), CHUNK_FRAMES):
+        rows = slice(start, start + CHUNK_FRAMES)
         away = there[rows, None, :, :] - here[rows, :, None, :]
         distance = np.nan_to_num(np.sum(away * away, axis=3), nan=np.inf)
         nearest = np.argmin(distance, axis=2)

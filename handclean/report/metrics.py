@@ -36,8 +36,8 @@ from handclean.report.comparison import (
 from handclean.report.identity import NOBODY, who_is_who
 from handclean.report.settings import CompareConfig
 
-SAME_RATE = 1e-3
-"""Relative difference of rates above which takes cannot be compared."""
+SAME_RATE_SHARE = 1e-3
+"""[-] relative difference of rates above which takes are not compared (chosen)."""
 
 
 def compare(
@@ -91,7 +91,7 @@ def _overlap(
     reference: Recording, test: Recording, most: int
 ) -> tuple[slice, slice, tuple[str, ...]]:
     """Frames of the test and of the reference to compare, and what to say of them."""
-    if not abs(test.rate - reference.rate) <= SAME_RATE * reference.rate:
+    if not abs(test.rate - reference.rate) <= SAME_RATE_SHARE * reference.rate:
         raise HandcleanError(
             f"comparison: the test has {test.rate:.6g} Hz, the reference "
             f"{reference.rate:.6g} Hz; both should have the same rate"

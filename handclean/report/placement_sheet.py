@@ -21,7 +21,7 @@ from handclean.errors import FileError
 from handclean.hand.model import Model
 from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import bone_frame
-from handclean.report.drawing import MARGIN, drawn, looking, skin_colors
+from handclean.report.drawing import MARGIN_M, drawn, looking, skin_colors
 from handclean.report.placements import Placement, placements
 from handclean.tree import MIRROR, JointTree
 
@@ -71,7 +71,7 @@ def write_sheet(
         If it cannot be written.
     """
     rows = placements(markers, surface)
-    size = 1e3 * (np.ptp(surface.vertices, axis=0) + 2.0 * MARGIN)
+    size = 1e3 * (np.ptp(surface.vertices, axis=0) + 2.0 * MARGIN_M)
     name = _page_for(size, len(rows))
     wide, high = PAGES[name]
     figure = Figure(figsize=(wide / _INCH_MM, high / _INCH_MM), facecolor="white")
@@ -124,7 +124,7 @@ def _thumb_panel(
     if not few.labels:
         return
     view = _thumb_view(markers.tree)
-    across = 1e3 * (np.ptp(part.vertices @ view.T, axis=0) + 2.0 * MARGIN)
+    across = 1e3 * (np.ptp(part.vertices @ view.T, axis=0) + 2.0 * MARGIN_M)
     thumb_left = markers.tree.side == "right"
     left = edge[0] if thumb_left else edge[0] - across[0]
     corner = (left, edge[1] + across[1] + _ROW_MM)
@@ -193,8 +193,8 @@ def _panel(
     seen = surface.vertices @ view.T
     homes = (rest_joints(markers.tree)[markers.bone] + markers.at) @ view.T
     for label, home in zip(markers.labels, homes, strict=True):
-        x = left + 1e3 * (home[0] - seen[:, 0].min() + MARGIN)
-        y = high - 1e3 * (seen[:, 1].max() + MARGIN - home[1])
+        x = left + 1e3 * (home[0] - seen[:, 0].min() + MARGIN_M)
+        y = high - 1e3 * (seen[:, 1].max() + MARGIN_M - home[1])
         size = max(1e3 * radius, _DOT_MM)
         axes.add_patch(Circle((x, y), size, facecolor=_RED, edgecolor="white"))
         style = {"ha": "center", "va": "center_baseline", "color": "white"}

@@ -19,11 +19,11 @@ from handclean.ik.solve import solve_markers
 from handclean.report.comparison import MM, Spread, spread_of
 from handclean.tree import POSE_HEAD
 
-BENT = (0.0, 0.4)
-"""The postures, as shares of how far each hinge bends."""
+FLEXED_SHARES = (0.0, 0.4)
+"""[-] the postures, as shares of how far each hinge bends (chosen)."""
 
-SLACK_RAD = 0.5
-"""[rad] how far the test's angles may leave the reference's limits."""
+BEYOND_LIMITS_RAD = 0.5
+"""[rad] how far the test's angles may leave the reference's limits (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,11 +128,11 @@ def compare_subjects(reference: Subject, test: Subject) -> SubjectComparison:
 def _distances(old: Model, new: Model) -> tuple[Floats, Floats]:
     """(J,), (M,) [m] how far joints and markers are apart, RMS over the postures."""
     limits = old.tree.limits
-    poses = np.tile(neutral_pose(old.tree), (len(BENT), 1))
-    for pose, share in zip(poses, BENT, strict=True):
+    poses = np.tile(neutral_pose(old.tree), (len(FLEXED_SHARES), 1))
+    for pose, share in zip(poses, FLEXED_SHARES, strict=True):
         pose[POSE_HEAD:] = np.clip(share * limits[:, 1], limits[:, 0], limits[:, 1])
     targets = marker_positions(_with_joints(old), poses)
-    loose = limits + np.array([-SLACK_RAD, SLACK_RAD])
+    loose = limits + np.array([-BEYOND_LIMITS_RAD, BEYOND_LIMITS_RAD])
     model = _with_joints(replace(new, tree=replace(new.tree, limits=loose)))
     found = solve_markers(model, targets)
     away = targets - marker_positions(model, found.poses)

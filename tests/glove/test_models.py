@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from handclean.errors import HandcleanError, ShapeError, UnknownNameError
-from handclean.glove.models import BATCH, KINDS, fit, from_arrays
+from handclean.glove.models import BATCH_READINGS, KINDS, fit, from_arrays
 from handclean.glove.scaled import EXACT, TABLE_2
 from handclean.numerics.gp.settings import FitSettings
 
@@ -73,10 +73,10 @@ def test_a_model_that_has_predicted_travels_light(kind, rng):
 @every_kind
 def test_long_streams_are_predicted_like_short_ones(kind, rng):
     model = fitted(kind, rng)
-    new = rng.normal(size=(2 * BATCH + 3, 3))
+    new = rng.normal(size=(2 * BATCH_READINGS + 3, 3))
     mean, variance = model.predict(new)
     assert mean.shape == variance.shape == (len(new),)
-    for at in (0, BATCH - 1, BATCH, len(new) - 1):
+    for at in (0, BATCH_READINGS - 1, BATCH_READINGS, len(new) - 1):
         one = model.predict(new[at : at + 1])
         assert_allclose(one[0][0], mean[at], rtol=1e-9, atol=1e-12)
         assert_allclose(one[1][0], variance[at], rtol=1e-6, atol=1e-12)

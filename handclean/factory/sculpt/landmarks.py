@@ -34,7 +34,7 @@ _WEBS = {
 
 _WRIST = {"wrist_thumb_side": 1.0, "wrist_little_side": -1.0}
 
-_STEP = 2e-4  # [m] of a march to the skin
+_STEP_M = 2e-4  # [m] of a march to the skin
 
 
 def landmark_vertices(anatomy: Anatomy, vertices: Floats) -> dict[str, int]:
@@ -78,7 +78,7 @@ def landmark_places(anatomy: Anatomy) -> dict[str, Floats]:
 
 def _marched(anatomy: Anatomy, start: Floats, heading: Floats) -> Floats:
     """(3,) [m] where a line from outside meets the skin first."""
-    line = start + np.arange(0.0, 0.08, _STEP)[:, None] * heading
+    line = start + np.arange(0.0, 0.08, _STEP_M)[:, None] * heading
     inside = anatomy.distance(line) < 0.0
     assert inside.any(), "a landmark's line should meet the skin"
     out: Floats = line[int(np.argmax(inside))]

@@ -24,7 +24,8 @@ Measured = Callable[[Floats], tuple[Floats, Floats]]
 
 _Place = tuple[float, float, float]
 
-_LONG, _SHORT = 4.0 / 3.0, 4.0 / 5.0
+_LONG_EDGES, _SHORT_EDGES = 4.0 / 3.0, 4.0 / 5.0
+"""[-] of the wanted edge length, to split and to collapse (Botsch and Kobbelt 2004)."""
 
 
 class _Mesh:
@@ -107,8 +108,8 @@ def remesh(
     """
     for _ in range(rounds):
         mesh = _Mesh(vertices, faces, measured(vertices)[0])
-        _split(mesh, _LONG * edge)
-        _collapse(mesh, _SHORT * edge, _LONG * edge)
+        _split(mesh, _LONG_EDGES * edge)
+        _collapse(mesh, _SHORT_EDGES * edge, _LONG_EDGES * edge)
         _flip(mesh)
         vertices, faces = mesh.arrays()
         vertices = relax(vertices, faces, project, measured, 3)

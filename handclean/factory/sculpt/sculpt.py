@@ -23,20 +23,24 @@ from handclean.factory.sculpt.weights import (
 )
 from handclean.hand.template import template
 
-EDGE = 0.00199
-"""[m] wanted edge length, for about 12 000 vertices."""
+EDGE_M = 0.00199
+"""[m] wanted edge length (chosen: about 12 000 vertices)."""
 
-COARSE_EDGE = 0.00398
-"""[m] the same of the coarse twin, for about 3 000."""
+COARSE_EDGE_M = 0.00398
+"""[m] the same of the coarse twin (chosen: about 3 000)."""
 
-CELL = 0.002
-"""[m] of the grid on which the flesh is meshed first; the webs need a fine one."""
+CELL_M = 0.002
+"""[m] of the grid on which the flesh is meshed first (chosen; webs need a fine one)."""
 
-_LOW, _HIGH = np.array([-0.10, -0.045, -0.05]), np.array([0.11, 0.21, 0.04])
+_LOW_M, _HIGH_M = np.array([-0.10, -0.045, -0.05]), np.array([0.11, 0.21, 0.04])
+"""[m] corners of that grid (chosen)."""
 
 
 def make_template(
-    folder: Path, edge: float = EDGE, coarse: float = COARSE_EDGE, cell: float = CELL
+    folder: Path,
+    edge: float = EDGE_M,
+    coarse: float = COARSE_EDGE_M,
+    cell: float = CELL_M,
 ) -> list[Path]:
     """Write the template's skin into a folder, and say which files.
 
@@ -64,7 +68,7 @@ def make_template(
 
 def spread_mesh(flesh: Anatomy, cell: float) -> tuple[Floats, Ints]:
     """Return the spread hand's skin, raw: vertices (V, 3) [m] and faces (F, 3)."""
-    vertices, faces = closed_mesh(flesh.distance, _LOW, _HIGH, cell)
+    vertices, faces = closed_mesh(flesh.distance, _LOW_M, _HIGH_M, cell)
     return flesh.onto_skin(vertices, steps=3), faces
 
 

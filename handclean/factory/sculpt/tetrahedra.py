@@ -16,8 +16,9 @@ from handclean.arrays import Floats, Ints
 
 Field = Callable[[Floats], Floats]
 
-_NEAREST = 0.05
-"""Share of an edge that a vertex keeps from its ends, so that none coincide."""
+_LEAST_EDGE_SHARE = 0.05
+"""[-] share of an edge that a vertex keeps from its ends, so that none coincide
+(chosen)."""
 
 
 def closed_mesh(
@@ -40,7 +41,7 @@ def closed_mesh(
     flat = ends.reshape(-1, 2)
     edges, number = np.unique(flat, axis=0, return_inverse=True)
     share = values[edges[:, 0]] / (values[edges[:, 0]] - values[edges[:, 1]])
-    share = np.clip(share, _NEAREST, 1.0 - _NEAREST)[:, None]
+    share = np.clip(share, _LEAST_EDGE_SHARE, 1.0 - _LEAST_EDGE_SHARE)[:, None]
     vertices = (1.0 - share) * grid[edges[:, 0]] + share * grid[edges[:, 1]]
     faces = number.reshape(-1, 3)
     inner = np.where(values[ends[:, :, 0]] < 0.0, ends[:, :, 0], ends[:, :, 1])

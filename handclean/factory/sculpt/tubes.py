@@ -20,7 +20,7 @@ from scipy.interpolate import PchipInterpolator
 
 from handclean.arrays import Floats
 
-_TINY = 1e-9  # [m] keeps a place on the axis from dividing by zero
+_LEAST_M = 1e-9  # [m] keeps a place on the axis from dividing by zero
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +64,7 @@ class Tube:
         half, back, palm = self.sizes(inner).T
         rx, rz = half, np.where(z > 0.0, back, palm)
         re = np.where(e < 0.0, *self.caps)
-        x = np.abs(x) + _TINY
+        x = np.abs(x) + _LEAST_M
         k0 = np.sqrt((x / rx) ** 2 + (e / re) ** 2 + (z / rz) ** 2)
         k1 = np.sqrt((x / rx**2) ** 2 + (e / re**2) ** 2 + (z / rz**2) ** 2)
         out: Floats = k0 * (k0 - 1.0) / k1

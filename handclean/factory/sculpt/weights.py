@@ -13,20 +13,20 @@ from handclean.arrays import Bools, Floats, Ints
 from handclean.factory.sculpt.anatomy import Anatomy, Finger, turn_of
 from handclean.hand.surface import BONES_PER_VERTEX, edges_of
 
-WHOLE = 10_000
+WHOLE_SHARE = 10_000
 """What the shares of a vertex sum to."""
 
 _MM = 1e-3
-_REACH = {"thumb": (11.0, 11.0, 9.0), "index": (9.0, 8.5, 7.0)}
+_REACH_MM = {"thumb": (11.0, 11.0, 9.0), "index": (9.0, 8.5, 7.0)}
 """[mm] how far from a joint the skin follows both bones, on thumb and index finger."""
 
-_CREASE = 0.4
+_CREASE_SHARE = 0.4
 """How much further out the palm's side of a finger begins, share of the depth."""
 
 # Differences of distances over which one finger's skin becomes another's, and the
 # thumb's the palm's: the latter at the thumb's base, and at its web.
-_WEB, _THENAR = 4.0 * _MM, (11.0 * _MM, 20.0 * _MM)
-_THENAR_WIDENS = (20.0 * _MM, 45.0 * _MM)  # along the thumb
+_WEB_M, _THENAR_M = 4.0 * _MM, (11.0 * _MM, 20.0 * _MM)
+_THENAR_WIDENS_M = (20.0 * _MM, 45.0 * _MM)  # along the thumb
 
 
 def smooth_step(t: Floats) -> Floats:
@@ -44,14 +44,14 @@ def finger_shares(anatomy: Anatomy, points: Floats) -> list[Floats]:
     for n, finger in enumerate(anatomy.fingers):
         if finger.name == "thumb":
             others = np.min([*palm, *away[1:]], axis=0)
-            start, stop = _THENAR_WIDENS
+            start, stop = _THENAR_WIDENS_M
             y = finger.tube.local(points)[:, 1]
             web = smooth_step((y - start) / (stop - start))
-            width = (1.0 - web) * _THENAR[0] + web * _THENAR[1]
+            width = (1.0 - web) * _THENAR_M[0] + web * _THENAR_M[1]
             owns = smooth_step((others - away[0]) / (2.0 * width) + 0.5)
         else:
             others = np.min([away[m] for m in range(5) if m != n], axis=0)
-            owns = smooth_step((others - away[n]) / (2.0 * _WEB) + 0.5)
+            owns = smooth_step((others - away[n]) / (2.0 * _WEB_M) + 0.5)
         out.append(owns[:, None] * _along(finger, points))
     return out
 
@@ -60,10 +60,10 @@ def _along(finger: Finger, points: Floats) -> Floats:
     """(V, 3) shares of a finger's bones by how far along it a place is."""
     _, y, z = finger.tube.local(points).T
     thumb = finger.name == "thumb"
-    reach = _MM * np.array(_REACH["thumb" if thumb else "index"])
+    reach = _MM * np.array(_REACH_MM["thumb" if thumb else "index"])
     if not thumb:
         reach *= finger.tube.half[2] / (9.3 * _MM)
-    start = 0.0 if thumb else _CREASE * np.clip(-z, 0.0, 15.0 * _MM)
+    start = 0.0 if thumb else _CREASE_SHARE * np.clip(-z, 0.0, 15.0 * _MM)
     beyond = [
         smooth_step((y - joint) / (2.0 * size) + 0.5)
         for joint, size in zip((start, *finger.joints[1:3]), reach, strict=True)
@@ -106,7 +106,7 @@ def soothed(values: Floats, faces: Ints, where: Bools, rounds: int) -> Floats:
 
 
 def skin_weights(shares: Floats) -> tuple[Ints, Ints]:
-    """(V, 4) bones and shares of `WHOLE`, largest first, of (V, 15) shares.
+    """(V, 4) bones and shares of `WHOLE_SHARE`, largest first, of (V, 15) shares.
 
     The hand has the rest.
     """
@@ -114,9 +114,9 @@ def skin_weights(shares: Floats) -> tuple[Ints, Ints]:
     full = np.hstack([rest, shares])
     bones = np.argsort(-full, axis=1, kind="stable")[:, :BONES_PER_VERTEX]
     part = np.take_along_axis(full, bones, axis=1)
-    part *= WHOLE / part.sum(axis=1, keepdims=True)
+    part *= WHOLE_SHARE / part.sum(axis=1, keepdims=True)
     weights = np.round(part).astype(np.int64)
-    weights[:, 0] = WHOLE - weights[:, 1:].sum(axis=1)
+    weights[:, 0] = WHOLE_SHARE - weights[:, 1:].sum(axis=1)
     order = np.argsort(-weights, axis=1, kind="stable")
     bones, weights = (np.take_along_axis(n, order, axis=1) for n in (bones, weights))
     return bones, weights

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 from handclean.factory.sculpt.anatomy import anatomy
 from handclean.factory.sculpt.sculpt import make_template
 from handclean.factory.sculpt.weights import (
-    WHOLE,
+    WHOLE_SHARE,
     closed_up,
     finger_shares,
     skin_weights,
@@ -58,7 +58,7 @@ def test_spreading_the_zero_posture_gives_back_the_spread_one(flesh, rng):
 def test_shares_are_whole_numbers_that_sum_up(flesh, rng):
     shares = finger_shares(flesh, skin_places(flesh, rng, 300))
     bones, weights = skin_weights(np.hstack(shares))
-    assert (weights.sum(axis=1) == WHOLE).all()
+    assert (weights.sum(axis=1) == WHOLE_SHARE).all()
     assert (np.diff(weights, axis=1) <= 0).all()
     assert all(len(set(row)) == 4 for row in bones.tolist())
 
