@@ -5,10 +5,14 @@ groups, materials and texture coordinates are passed over and part no vertex in 
 normal that faces give a vertex is the vertex's; of several, their mean. An STL is three
 corners a face; those in one place become one vertex, in the order of their first use.
 
+The numbers of a binary STL are read by trimesh, once its size is what its head says. Of
+a text, trimesh passes over what it cannot read, so ours is read here.
+
 Nothing is allocated by a number that a file holds.
 """
 
 import re
+from io import BytesIO
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -140,10 +144,11 @@ def parse_stl(path: Path, content: bytes) -> RawMesh:
     count = int.from_bytes(content[_STL_HEAD - 4 : _STL_HEAD], "little")
     there = (len(content) - _STL_HEAD) / _STL_FACE
     if there == count and count:
-        fields = [("normal", "<f4", (3,)), ("at", "<f4", (3, 3)), ("more", "<u2")]
-        table = np.frombuffer(content, np.dtype(fields), count, _STL_HEAD)
+        from trimesh.exchange.stl import load_stl_binary  # late: it is heavy
+
+        corners = load_stl_binary(BytesIO(content))["vertices"]
         with np.errstate(invalid="ignore"):  # a signalling NaN
-            corners = table["at"].reshape(-1, 3).astype(np.float64)
+            corners = corners.astype(np.float64)
         return _merged(corners, content)
     if content.lstrip()[:5].lower() != b"solid" or b"facet" not in content.lower():
         right = f"it says {count} faces, {max(there, 0.0):.1f} are there"
