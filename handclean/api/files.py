@@ -172,8 +172,9 @@ def inspect(
     Returns
     -------
     mapping
-        Plain values by name, as ``handclean inspect --json`` has them: ``frames``,
-        ``rate`` [Hz], ``markers``, ``gaps``, ``remarks`` ...
+        Plain values by the names of ``handclean inspect --json``: ``frames``, ``rate``
+        [Hz], ``markers``, ``gaps``, ``remarks`` ... Of a data glove's files only what
+        every HDF5 file of ours has.
 
     Raises
     ------

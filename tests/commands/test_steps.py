@@ -11,7 +11,7 @@ from handclean import commands
 NAMES = [
     module.name
     for module in pkgutil.iter_modules(commands.__path__)
-    if not module.ispkg
+    if not module.ispkg and module.name != "table"  # it lists the steps
 ]
 TAKEN = {"input", "output", "status", "error", "seconds", "warnings"}
 
