@@ -30,7 +30,7 @@ from handclean.labels.track.alternatives import (
 )
 from handclean.labels.track.fit import (
     MISSING_COST,
-    PoseFit,
+    PointFit,
     assign_and_solve,
     closed_gate,
     measure_fit,
@@ -107,7 +107,7 @@ def amend(
     return float(exchange_fingers(state.pose, points, state, tracker, cost))
 
 
-def poor_fingers(fit: PoseFit, state: FrameState, tracker: Tracker) -> list[int]:
+def poor_fingers(fit: PointFit, state: FrameState, tracker: Tracker) -> list[int]:
     """Fingers that fit worse than is expected of their markers."""
     weight, branch = state.weight, tracker.branch
     squares = np.nan_to_num(fit.squares)

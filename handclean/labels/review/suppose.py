@@ -9,7 +9,7 @@ from handclean.arrays import Floats
 from handclean.kernels import jit
 from handclean.labels.review.paths import Glance
 from handclean.labels.track.alternatives import restart_finger
-from handclean.labels.track.fit import PoseFit, no_fit, place_markers, solve_pose
+from handclean.labels.track.fit import PointFit, no_fit, place_markers, solve_pose
 from handclean.labels.track.state import FrameSequence, FrameState, TrackResult
 from handclean.labels.track.tracker import Tracker
 
@@ -40,7 +40,7 @@ def cost_if_renamed(
     state: FrameState,
     tracker: Tracker,
     result: TrackResult,
-) -> PoseFit:
+) -> PointFit:
     """Return how well a frame is fitted if a point has another name.
 
     Parameters
@@ -151,7 +151,7 @@ def judge_path(
 
 
 @jit
-def keep_pose(t: int, pose: Floats, fit: PoseFit, result: TrackResult) -> None:
+def keep_pose(t: int, pose: Floats, fit: PointFit, result: TrackResult) -> None:
     """Write a frame's pose, and how well it fits."""
     square = 0.0
     for m in range(fit.squares.shape[0]):

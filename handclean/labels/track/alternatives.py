@@ -13,7 +13,7 @@ from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 from handclean.labels.track.fit import (
     MIN_POINTS,
-    PoseFit,
+    PointFit,
     gated_squares,
     measure_fit,
     observe_points,
@@ -118,8 +118,8 @@ def exchange_fingers(
 
 @jit
 def restart_finger(
-    pose: Floats, branch: int, fit: PoseFit, state: FrameState, tracker: Tracker
-) -> PoseFit:
+    pose: Floats, branch: int, fit: PointFit, state: FrameState, tracker: Tracker
+) -> PointFit:
     """Solve again with one finger in other postures; keep the best pose, in place.
 
     With few markers a finger can fit in more than one way, and tracking it can end in

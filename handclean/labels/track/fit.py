@@ -39,7 +39,7 @@ GATE_SHRINK = 0.75
 """Factor by which the gate closes from round to round. Chosen."""
 
 
-class PoseFit(NamedTuple):
+class PointFit(NamedTuple):
     """How well a pose fits the points of its markers.
 
     squares (M,) [m^2] : squared distance of each marker from its point, NaN where it
@@ -52,9 +52,9 @@ class PoseFit(NamedTuple):
 
 
 @jit
-def no_fit(markers: int) -> PoseFit:
+def no_fit(markers: int) -> PointFit:
     """Return the fit of a pose to no points at all; its cost is infinite."""
-    return PoseFit(np.full(markers, math.nan), math.inf, 0)
+    return PointFit(np.full(markers, math.nan), math.inf, 0)
 
 
 @jit
@@ -98,24 +98,24 @@ def place_markers(pose: Floats, tracker: Tracker, places: Floats) -> Floats:
 
 
 @jit
-def measure_fit(pose: Floats, state: FrameState, tracker: Tracker) -> PoseFit:
+def measure_fit(pose: Floats, state: FrameState, tracker: Tracker) -> PointFit:
     """Return how well a pose fits the points that the state observes."""
-    weight, error = state.weight, tracker.work.error
+    weight = state.weight
     seen = Observations(state.observed, weight)
-    misfit(pose, seen, tracker.chain, tracker.work)
+    error = misfit(pose, seen, tracker.chain, tracker.work).error
     squares, assigned = np.full(weight.shape[0], math.nan), 0
     for m in range(weight.shape[0]):
         if weight[m] > 0.0:
             e = error[m]
             squares[m] = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
             assigned += 1
-    return PoseFit(squares, fit_cost(squares, tracker.variance), assigned)
+    return PointFit(squares, fit_cost(squares, tracker.variance), assigned)
 
 
 @jit
 def solve_pose(
     pose: Floats, basis: Floats, state: FrameState, tracker: Tracker
-) -> PoseFit:
+) -> PointFit:
     """Solve for ``pose``, in place, from the points that the state observes.
 
     Which joints are open is tested again when other markers are observed than in the

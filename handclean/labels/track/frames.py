@@ -32,7 +32,7 @@ from handclean.labels.track.assign import (
 )
 from handclean.labels.track.fit import (
     MIN_POINTS,
-    PoseFit,
+    PointFit,
     no_fit,
     place_markers,
     solve_pose,
@@ -149,7 +149,7 @@ def fit_frame(
     state: FrameState,
     stats: MarkerStats,
     tracker: Tracker,
-) -> PoseFit:
+) -> PointFit:
     """Assign a frame's points, and fit the pose to the markers that were seen before.
 
     Parameters
@@ -174,7 +174,7 @@ def fit_frame(
 
 @jit
 def is_doubtful(
-    points: int, fit: PoseFit, stats: MarkerStats, rules: TrackRules
+    points: int, fit: PointFit, stats: MarkerStats, rules: TrackRules
 ) -> bool:
     """Whether a fit is poor, or lost many markers, though the frame has enough points.
 
@@ -194,11 +194,11 @@ def is_doubtful(
 @jit
 def recover_frame(
     points: Floats,
-    fit: PoseFit,
+    fit: PointFit,
     state: FrameState,
     stats: MarkerStats,
     tracker: Tracker,
-) -> PoseFit:
+) -> PointFit:
     """Try other starts for a doubtful fit, and reject outliers of a better one.
 
     Parameters

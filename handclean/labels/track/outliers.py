@@ -7,7 +7,7 @@ import numpy as np
 from handclean.arrays import Ints
 from handclean.kernels import jit
 from handclean.labels.track.alternatives import restart_finger
-from handclean.labels.track.fit import MIN_POINTS, PoseFit, measure_fit, solve_pose
+from handclean.labels.track.fit import MIN_POINTS, PointFit, measure_fit, solve_pose
 from handclean.labels.track.residual_gate import (
     FOLLOWED_GATE_FACTOR,
     UsualResiduals,
@@ -29,7 +29,7 @@ Chosen."""
 
 @jit
 def find_outlier(
-    fit: PoseFit, role: Ints, usual: UsualResiduals, rules: TrackRules
+    fit: PointFit, role: Ints, usual: UsualResiduals, rules: TrackRules
 ) -> int:
     """Return the marker to be rejected next, or -1 if none is beyond its threshold.
 
@@ -56,7 +56,9 @@ def find_outlier(
 
 
 @jit
-def reject_outliers(state: FrameState, stats: MarkerStats, tracker: Tracker) -> PoseFit:
+def reject_outliers(
+    state: FrameState, stats: MarkerStats, tracker: Tracker
+) -> PointFit:
     """Solve for the pose, and leave out markers beyond their threshold, one by one.
 
     Before the first marker of a finger is left out, the finger is tried in other
@@ -89,7 +91,7 @@ def reject_outliers(state: FrameState, stats: MarkerStats, tracker: Tracker) -> 
 @jit
 def accept_reappearing(
     state: FrameState, stats: MarkerStats, tracker: Tracker
-) -> PoseFit:
+) -> PointFit:
     """Fit the pose to the newcomers as well; leave out those that do not fit.
 
     All are tried together. They are accepted once every one is below its threshold and
@@ -130,7 +132,7 @@ def accept_reappearing(
 
 
 @jit
-def is_poor_fit(fit: PoseFit, usual: UsualResiduals, rules: TrackRules) -> bool:
+def is_poor_fit(fit: PointFit, usual: UsualResiduals, rules: TrackRules) -> bool:
     """Whether the fit is clearly worse than this hand's usual ones."""
     square, usual_square, count = 0.0, 0.0, 0
     for m in range(fit.squares.shape[0]):
@@ -145,7 +147,7 @@ def is_poor_fit(fit: PoseFit, usual: UsualResiduals, rules: TrackRules) -> bool:
 
 
 @jit
-def count_lost(fit: PoseFit, unseen: Ints) -> int:
+def count_lost(fit: PointFit, unseen: Ints) -> int:
     """Count the markers that were seen before and have no point now.
 
     Parameters

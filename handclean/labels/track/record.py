@@ -6,7 +6,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.kernels import jit
-from handclean.labels.track.fit import PoseFit, place_markers
+from handclean.labels.track.fit import PointFit, place_markers
 from handclean.labels.track.residual_gate import (
     FOLLOWED_GATE_FACTOR,
     learn_residual,
@@ -33,7 +33,7 @@ BIAS_SHARE = 0.2
 def record_frame(
     t: int,
     sequence: FrameSequence,
-    fit: PoseFit,
+    fit: PointFit,
     state: FrameState,
     stats: MarkerStats,
     tracker: Tracker,

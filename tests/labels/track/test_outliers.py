@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handclean.labels.track.fit import PoseFit, observe_points
+from handclean.labels.track.fit import PointFit, observe_points
 from handclean.labels.track.outliers import (
     accept_reappearing,
     count_lost,
@@ -17,7 +17,7 @@ from handclean.labels.track.state import ANCHOR, NEWCOMER, OUTLIER
 
 def fit_of(squares):
     squares = np.asarray(squares, dtype=float)
-    return PoseFit(squares, 0.0, int(np.isfinite(squares).sum()))
+    return PointFit(squares, 0.0, int(np.isfinite(squares).sum()))
 
 
 def followed(hand, pose, points):
