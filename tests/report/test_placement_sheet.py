@@ -20,7 +20,7 @@ DPI, INCH = 200, 25.4
 @pytest.fixture(autouse=True)
 def coarse_picture(monkeypatch):
     """Draw the hand less finely, for speed."""
-    monkeypatch.setattr(sheets, "PIXEL", 0.001)
+    monkeypatch.setattr(sheets, "PIXEL_M", 0.001)
 
 
 def written(path, name, side="right", length=0.1872, skin=None):
