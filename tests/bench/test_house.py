@@ -84,3 +84,14 @@ def test_every_drawn_mutation_of_the_package_is_code():
         assert mutation.text.encode() not in content[mutation.start : mutation.stop]
         changed = content[: mutation.start] + mutation.text.encode()
         ast.parse(changed + content[mutation.stop :])
+
+
+def test_the_faults_by_name_are_where_the_list_says():
+    found = mutations.named()
+    assert [len(some) for some in found] == [1, 1, 2, 1, 1, 1, 1, 1]
+    for some in found:
+        for mutation in some:
+            path = mutations.ROOT / "handclean" / mutation.file
+            content = path.read_bytes()
+            changed = content[: mutation.start] + mutation.text.encode()
+            ast.parse(changed + content[mutation.stop :])
