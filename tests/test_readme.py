@@ -12,7 +12,8 @@ from handclean.cli import main as frame
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(?:\w*)\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
+FENCED = re.findall(r"^```(\w*)\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
+BLOCKS = [text for language, text in FENCED if language != "python"]
 INLINE = re.findall(
     r"`(handclean [^`]*)`", re.sub(r"^```.*?^```", "", README, flags=re.DOTALL | re.M)
 )
