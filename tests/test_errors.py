@@ -18,6 +18,7 @@ from handclean.errors import (
     UnsaidError,
     UsageError,
 )
+from handclean.remarks import KINDS
 
 PACKAGE = Path(__file__).parents[1] / "handclean"
 FILE = Path("m")
@@ -104,32 +105,83 @@ def test_no_error_has_its_place_in_its_text():
     assert not wrong, f"say where=... instead: {', '.join(wrong)}"
 
 
+LOOKS = {
+    *{"startswith", "endswith", "removeprefix", "removesuffix", "replace"},
+    *{"split", "rsplit", "partition", "rpartition", "find", "index", "count"},
+}
+"""Methods by which code looks into a text."""
+
+TEXTS = {"text", "wrong"}
+"""Attributes of remarks, events and errors that are sentences for people."""
+
+
 def reads_a_message(node, caught):
-    """Whether code looks into the text of an error it caught."""
-    looks = {"startswith", "endswith", "removeprefix", "removesuffix", "replace"}
+    """Whether code looks into the text of an error, a remark or an event."""
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-        return node.func.attr in looks and is_its_text(node.func.value, caught)
+        if getattr(node.func.value, "id", "") == "re":
+            return any(is_a_message(part, caught) for part in node.args)
+        looks = node.func.attr in LOOKS and bool(node.args)
+        return looks and is_a_message(node.func.value, caught)
     if isinstance(node, ast.Compare):
-        return any(is_its_text(part, caught) for part in node.comparators)
+        parts = (node.left, *node.comparators)
+        return any(is_a_message(part, caught) for part in parts)
     return False
 
 
-def is_its_text(node, caught):
+def is_a_message(node, caught):
+    """Whether an expression is ``str(error)``, ``remark.text`` or ``error.wrong``."""
+    if isinstance(node, ast.Attribute):
+        return node.attr in TEXTS and getattr(node.value, "id", "") != "self"
     return (
         isinstance(node, ast.Call)
         and getattr(node.func, "id", "") == "str"
+        and bool(node.args)
         and getattr(node.args[0], "id", "") in caught
     )
 
 
-def test_no_code_reads_the_message_of_an_error():
+def readers_of_messages(code):
+    """Lines of code that look into a message."""
+    nodes = list(ast.walk(ast.parse(code)))
+    caught = {n.name for n in nodes if isinstance(n, ast.ExceptHandler)}
+    return [node.lineno for node in nodes if reads_a_message(node, caught)]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'if "--rate" in str(error): pass',
+        'if str(error).startswith("a"): pass',
+        'if event.text.startswith("gap in "): pass',
+        'told = one.text.removeprefix("a.c3d: ")',
+        'if "odd" in remark.text: pass',
+        'if remark.text == "odd": pass',
+        're.sub("take 1", name, one.text)',
+        'where, _, wrong = error.wrong.partition(": ")',
+    ],
+)
+def test_a_reader_of_messages_is_found(line):
+    code = f"try:\n    pass\nexcept ValueError as error:\n    {line}\n"
+    assert readers_of_messages(code) == [4]
+    assert not readers_of_messages('told = f"{name}: {one.text}"\nraise E(str(error))')
+
+
+def test_no_code_reads_a_message():
+    found = [
+        f"{path.relative_to(PACKAGE)}:{line}"
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for line in readers_of_messages(path.read_text(encoding="utf-8"))
+    ]
+    assert not found, found
+
+
+def test_every_remark_is_of_a_kind_there_is():
+    """A kind that is misspelt would be found only when it is told."""
     found = []
     for path in sorted(PACKAGE.rglob("*.py")):
-        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
-        caught = {n.name for n in nodes if isinstance(n, ast.ExceptHandler)}
-        found += [
-            f"{path.name}:{node.lineno}"
-            for node in nodes
-            if reads_a_message(node, caught)
-        ]
-    assert not found, found
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "remark":
+                kind = node.args[0] if node.args else None
+                found += [kind.value] if isinstance(kind, ast.Constant) else []
+    assert len(found) > 100
+    assert set(found) <= set(KINDS)

@@ -11,7 +11,7 @@ from handclean.errors import TakeNumber, UsageError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import Subject
 from handclean.recording import Recording
-from handclean.remarks import remark
+from handclean.remarks import Remark
 from handclean.subject.calibrate import calibrate
 from handclean.subject.findings import CalibrationReport
 from handclean.subject.scan.locate import Located, locate_markers
@@ -27,13 +27,13 @@ class Calibrated:
     subject : the hand.
     report : of the range of motion; None if the takes of a scanned hand show none.
     located : of a scanned hand: where its markers are; else None.
-    warnings : what its owner should know, one line each.
+    remarks : what its owner should know.
     """
 
     subject: Subject
     report: CalibrationReport | None
     located: Located | None
-    warnings: tuple[str, ...]
+    remarks: tuple[Remark, ...]
 
 
 def calibrate_takes(
@@ -44,8 +44,13 @@ def calibrate_takes(
     side: str = "",
     name: str = "",
     scanned: Subject | None = None,
+    called: Sequence[str] = (),
 ) -> Calibrated:
     """Find a hand and its markers; parameters as `calibrate_hand`.
+
+    Parameters
+    ----------
+    called : what remarks call the takes; "take 1", "take 2" when not given.
 
     Raises
     ------
@@ -55,23 +60,27 @@ def calibrate_takes(
     markers = load_marker_set(marker_set)
     read = [names.matched(take, markers.labels) for take in takes]
     takes = [take for take, _ in read]
-    same = tuple(dict.fromkeys(words for _, told in read for words in told))
+    same = tuple(dict.fromkeys(one for _, told in read for one in told))
     has = [names.labels_of(take) for take in takes]
     for number, labels in enumerate(has):
         names.expect_set(TakeNumber(number), labels, marker_set)
     located = None
-    words: tuple[str, ...] = ()
+    of_hand: tuple[Remark, ...] = ()
     if scanned is not None:
-        located = locate_markers(scanned, takes, markers, settings, name=name)
+        located = locate_markers(
+            scanned, takes, markers, settings, name=name, names=called
+        )
         subject, report = located.subject, located.report
-        words = located.placed.words
+        of_hand = located.placed.remarks
     else:
-        subject, report = calibrate(takes, markers, settings, side=side, name=name)
+        subject, report = calibrate(
+            takes, markers, settings, side=side, name=name, names=called
+        )
     if report is not None:
         larger = names.larger_set(set.intersection(*map(set, has)), marker_set)
-        words = (*words, *report.warnings, *larger)
+        of_hand = (*of_hand, *report.remarks, *larger)
     return Calibrated(
-        subject=subject, report=report, located=located, warnings=(*words, *same)
+        subject=subject, report=report, located=located, remarks=(*of_hand, *same)
     )
 
 
@@ -138,5 +147,4 @@ def calibrate_hand(
     done = calibrate_takes(
         takes, str(marker_set), chosen, side=side, name=name, scanned=scanned
     )
-    told = tuple(remark("note", text) for text in done.warnings)
-    return replace(done.subject, remarks=told)
+    return replace(done.subject, remarks=done.remarks)

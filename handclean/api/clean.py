@@ -10,8 +10,7 @@ from typing import Any
 from handclean.api import given
 from handclean.api.fill_gaps import of_hands
 from handclean.api.given import Subjects
-from handclean.api.hands import Hands
-from handclean.api.hands import warnings as of_template
+from handclean.api.hands import Hands, uncalibrated
 from handclean.api.label import lost, of_labels, renamed
 from handclean.api.records import recorded
 from handclean.api.results import StepResult
@@ -52,10 +51,10 @@ def clean_hand(
     return StepResult(
         take=filled,
         figures=figures,
-        warnings=(
+        remarks=(
             *renamed(recording, subject),
             *lost(of_label),
-            *of_template([subject]),
+            *uncalibrated([subject]),
             *doubts(filled, found),
             *misplaced(filled, found, prior),
             *untold(filled, found, prior, filled=True),

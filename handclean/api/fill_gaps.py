@@ -6,8 +6,7 @@ from typing import Any
 
 from handclean.api import given, names
 from handclean.api.given import Subjects
-from handclean.api.hands import Hands
-from handclean.api.hands import warnings as of_template
+from handclean.api.hands import Hands, uncalibrated
 from handclean.api.records import recorded
 from handclean.api.results import StepResult
 from handclean.api.settings import sorted_settings
@@ -43,7 +42,7 @@ def fill_hands(
     recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
     hidden = expect_seen(recording, found)
-    misspelt = (*same, *names.remarks(recording, found))
+    misspelt = (*same, *names.misspelt(recording, found))
     parts = []
     for name, subject in found.items():
         recording, part = fill(
@@ -55,10 +54,10 @@ def fill_hands(
     return StepResult(
         take=recording,
         figures=of_hands(parts),
-        warnings=(
+        remarks=(
             *misspelt,
             *hidden,
-            *of_template(found.values()),
+            *uncalibrated(found.values()),
             *doubts(recording, found),
             *misplaced(recording, found, prior),
             *untold(recording, found, prior, filled=True),

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from handclean.hand.subject import Subject
 from handclean.ik.prior import PosturePrior
+from handclean.remarks import Remark, remark
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,11 +45,14 @@ def names_of(subjects: Iterable[Subject]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def warnings(subjects: Iterable[Subject]) -> tuple[str, ...]:
-    """Say of which subjects nobody knows the measures."""
+def uncalibrated(subjects: Iterable[Subject]) -> tuple[Remark, ...]:
+    """Remark on subjects whose measures nobody knows."""
     return tuple(
-        "nobody calibrated this hand: the template hand stands in for it; "
-        "'handclean calibrate-hand markers' makes a subject"
+        remark(
+            "subject",
+            "nobody calibrated this hand: the template hand stands in for it; "
+            "'handclean calibrate-hand markers' makes a subject",
+        )
         for subject in subjects
         if not subject.calibrated
     )

@@ -6,8 +6,7 @@ from typing import Any
 
 from handclean.api import given, names
 from handclean.api.given import Subjects
-from handclean.api.hands import Hands
-from handclean.api.hands import warnings as of_template
+from handclean.api.hands import Hands, uncalibrated
 from handclean.api.records import recorded
 from handclean.api.results import StepResult
 from handclean.api.settings import sorted_settings
@@ -17,6 +16,7 @@ from handclean.labels.label import LabelFigures
 from handclean.labels.label import label as label_take
 from handclean.labels.settings import LabelConfig
 from handclean.recording import Recording
+from handclean.remarks import Remark, remark
 
 ENOUGH = 0.5
 """Share of the frames in which a hand should be followed; fewer are warned of."""
@@ -38,17 +38,17 @@ def label_hand(recording: Recording, hands: Hands, settings: LabelConfig) -> Ste
     return StepResult(
         take=labelled,
         figures=figures,
-        warnings=(
+        remarks=(
             *renamed(recording, subject),
             *lost(figures),
-            *of_template([subject]),
+            *uncalibrated([subject]),
             *doubts(labelled, {name: subject}),
         ),
     )
 
 
-def renamed(recording: Recording, subject: Subject) -> tuple[str, ...]:
-    """Say what becomes of the names that a take has already."""
+def renamed(recording: Recording, subject: Subject) -> tuple[Remark, ...]:
+    """Remark on what becomes of the names that a take has already."""
     has = names.labels_of(recording)
     others = [label for label in has if label not in subject.model.labels]
     if not has:
@@ -58,18 +58,20 @@ def renamed(recording: Recording, subject: Subject) -> tuple[str, ...]:
     else:
         few = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")
         told = f"{len(others)} other markers ({few}) are points without a name now"
-    return (f"names the take had are not kept: {told}",)
+    text = f"names the take had are not kept: {told}"
+    return (remark("names", text, others=others),)
 
 
-def lost(figures: Mapping[str, Any]) -> tuple[str, ...]:
-    """Say that the hand was followed in few frames."""
+def lost(figures: Mapping[str, Any]) -> tuple[Remark, ...]:
+    """Remark on a hand that was followed in few frames."""
     followed, frames = figures["followed"], figures["frames"]
     if followed >= ENOUGH * frames:
         return ()
-    return (
+    text = (
         f"the hand was followed in {followed} of {frames} frames only "
-        f"({100 * followed / frames:.1f} %); the rest has no labels",
+        f"({100 * followed / frames:.1f} %); the rest has no labels"
     )
+    return (remark("unseen", text, followed=followed, count=frames),)
 
 
 def of_labels(found: LabelFigures) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from handclean.errors import TAKE, HandcleanError, Where
 from handclean.hand.marker_set import load_marker_set, shipped
 from handclean.hand.subject import Subject
 from handclean.recording import Recording
+from handclean.remarks import Remark, remark
 
 NEAR = 0.8
 """How much of two names has to be the same for one to be the other, misspelt."""
@@ -29,7 +30,7 @@ FITS = 0.5
 
 def matched(
     recording: Recording, labels: Iterable[str]
-) -> tuple[Recording, tuple[str, ...]]:
+) -> tuple[Recording, tuple[Remark, ...]]:
     """Call a take's markers as a hand's are, where prefix and case are the difference.
 
     Parameters
@@ -38,7 +39,7 @@ def matched(
 
     Returns
     -------
-    the take, and a line that says what was matched, if anything was
+    the take, and a remark on what was matched, if anything was
     """
     has, known = labels_of(recording), set(labels)
     wanted, free = _by_bare(known - set(has)), _by_bare(set(has) - known)
@@ -56,7 +57,8 @@ def matched(
     count = f"{len(called)} markers are" if len(called) > 1 else "a marker is"
     told = f"{count} known without prefix and case: '{first}' is '{called[first]}'"
     more = ", ..." if len(called) > 1 else ""
-    return replace(recording, markers=markers), (told + more,)
+    said = remark("names", told + more, matched=called)
+    return replace(recording, markers=markers), (said,)
 
 
 def _by_bare(labels: Iterable[str]) -> dict[str, list[str]]:
@@ -107,17 +109,24 @@ def _sideless(name: str) -> str:
     return re.sub("left|right|[lr]", "*", name)
 
 
-def remarks(recording: Recording, subjects: Mapping[str, Subject]) -> tuple[str, ...]:
-    """Say which markers of the subjects the take seems to have misspelt."""
+def misspelt(
+    recording: Recording, subjects: Mapping[str, Subject]
+) -> tuple[Remark, ...]:
+    """Remark on markers of the subjects that the take seems to have misspelt."""
     has = labels_of(recording)
     known = known_to(subjects)
     free = [label for label in has if label not in known]
-    told = []
+    told: list[Remark] = []
     for label in sorted(known - set(has)):
         if found := near(label, free):
             told.append(
-                f"marker '{label}' of the subject is not in the take; "
-                f"the take has '{found}'"
+                remark(
+                    "names",
+                    f"marker '{label}' of the subject is not in the take; "
+                    f"the take has '{found}'",
+                    marker=label,
+                    found=found,
+                )
             )
     return tuple(told)
 
@@ -181,8 +190,8 @@ def expect_set(where: Where, has: Sequence[str], name: str) -> None:
     )
 
 
-def larger_set(has: Collection[str], name: str) -> tuple[str, ...]:
-    """Say that a shipped set names more of a take's markers than the one given."""
+def larger_set(has: Collection[str], name: str) -> tuple[Remark, ...]:
+    """Remark that a shipped set names more of a take's markers than the one given."""
     given = set(load_marker_set(name).labels)
     best, labels = name, given
     for other in shipped():
@@ -191,10 +200,11 @@ def larger_set(has: Collection[str], name: str) -> tuple[str, ...]:
             best, labels = other, all_of_it
     if best == name:
         return ()
-    return (
+    text = (
         f"the take has all {len(labels)} markers of {best}, {len(labels - given)} more "
-        f"than are used: --marker-set {best} would use them",
+        f"than are used: --marker-set {best} would use them"
     )
+    return (remark("names", text, marker_set=best),)
 
 
 def _several(has: Sequence[str], missing: Iterable[str]) -> str:

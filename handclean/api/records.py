@@ -10,7 +10,7 @@ from typing import Any
 
 from handclean import __version__
 from handclean.api.hands import Hands
-from handclean.api.results import StepResult
+from handclean.api.results import VERDICTS, StepResult
 from handclean.recording import Recording
 from handclean.runner import provenance
 
@@ -43,12 +43,15 @@ def recorded(
         "inputs": inputs,
         "made": provenance.made_at(),
         "figures": provenance.plain(done.figures),
-        "warnings": [one.text for one in done.remarks],
+        "warnings": [],
+        "remarks": [],
     }
+    entry = provenance.with_remarks(entry, done.remarks, None)
+    earlier = [one for one in before.remarks if one.kind not in VERDICTS]
     return replace(
         done.take,
         provenance=(*before.provenance, entry),
-        remarks=(*before.remarks, *done.remarks),
+        remarks=(*earlier, *done.remarks),
     )
 
 

@@ -1,11 +1,14 @@
 """What a step makes of a take."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from handclean.recording import Recording
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark
+
+VERDICTS = frozenset({"anew", "fit", "unobserved", "unseen"})
+"""Kinds of remarks on hands that every step makes anew, so that no old one stays."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,16 +17,15 @@ class StepResult:
 
     Attributes
     ----------
-    take : the result.
+    take : the result; its events have no verdict of an earlier run on the hands.
     figures : plain values by name, those that the command's ``FIGURES`` explains.
-    warnings : what the owner of the take should know, one line each.
+    remarks : what the owner of the take should know of it.
     """
 
     take: Recording
     figures: Mapping[str, Any]
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
-    @property
-    def remarks(self) -> tuple[Remark, ...]:
-        """The warnings as remarks."""
-        return tuple(remark("note", text) for text in self.warnings)
+    def __post_init__(self) -> None:
+        kept = tuple(event for event in self.take.events if event.kind not in VERDICTS)
+        object.__setattr__(self, "take", replace(self.take, events=kept))

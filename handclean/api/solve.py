@@ -8,8 +8,7 @@ import numpy as np
 
 from handclean.api import bridged, given, names
 from handclean.api.given import Subjects
-from handclean.api.hands import Hands
-from handclean.api.hands import warnings as of_template
+from handclean.api.hands import Hands, uncalibrated
 from handclean.api.records import recorded
 from handclean.api.results import StepResult
 from handclean.api.settings import sorted_settings
@@ -17,15 +16,16 @@ from handclean.arrays import Bools, Floats
 from handclean.errors import TAKE, HandcleanError
 from handclean.hand.model import Model, marker_positions, neutral_pose
 from handclean.hand.subject import Subject
-from handclean.ik import bad_markers, unobserved
+from handclean.ik import bad_markers, residual_test, unobserved
 from handclean.ik.prior import PosturePrior, knowing
-from handclean.ik.residual_test import plausible, remark
+from handclean.ik.residual_test import plausible
 from handclean.ik.settings import SolveConfig
 from handclean.ik.solve import markers_of
 from handclean.ik.take import solve as solve_take
 from handclean.ik.wrong_side import expect_side
 from handclean.labels.checks.unit import markers_unit_hint
 from handclean.recording import Motion, Recording
+from handclean.remarks import Remark, remark
 from handclean.tree import ROOT_DOFS
 
 LEAST = ROOT_DOFS // 2
@@ -50,7 +50,7 @@ def solve_hands(
     recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
     hidden = expect_seen(recording, found)
-    misspelt = (*same, *names.remarks(recording, found))
+    misspelt = (*same, *names.misspelt(recording, found))
     kept, anew = {}, {}
     solved = []
     for name, subject in found.items():
@@ -59,7 +59,8 @@ def solve_hands(
             kept[name] = subject
             continue
         anew[name] = subject
-        solved += [f"{name}: {why}; {ANEW}"] if why else []
+        text = f"{name}: {why}; {ANEW}"
+        solved += [remark("anew", text, model=name)] if why else []
         recording = solve_take(
             recording, subject, name=name, prior=prior, settings=settings
         )
@@ -68,11 +69,11 @@ def solve_hands(
     return StepResult(
         take=recording,
         figures={**of_motions(recording, found), "kept": len(kept)},
-        warnings=(
+        remarks=(
             *misspelt,
             *hidden,
             *solved,
-            *of_template(found.values()),
+            *uncalibrated(found.values()),
             *doubts(recording, found),
             *misplaced(recording, found, prior),
             *untold(recording, kept, prior, filled=True),
@@ -81,26 +82,30 @@ def solve_hands(
     )
 
 
-def expect_seen(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
+def expect_seen(
+    recording: Recording, found: Mapping[str, Subject]
+) -> tuple[Remark, ...]:
     """Expect some frame to show enough markers of some hand to say where it is.
 
     Returns
     -------
-    which of several hands are never seen, a line each
+    remarks on those of several hands that are never seen
 
     Raises
     ------
     HandcleanError
         If none is seen, or one has no marker in the take.
     """
-    unobserved = {name: _unseen(recording, subject) for name, subject in found.items()}
-    if all(unobserved.values()):
+    never = {name: _unseen(recording, subject) for name, subject in found.items()}
+    if all(never.values()):
         raise HandcleanError(
-            f"{' and '.join(unobserved.values())}; {LEAST} or more say where a hand is",
+            f"{' and '.join(never.values())}; {LEAST} or more say where a hand is",
             where=TAKE,
         )
     return tuple(
-        f"{name}: {why}: it has no pose" for name, why in unobserved.items() if why
+        remark("unseen", f"{name}: {why}: it has no pose", model=name)
+        for name, why in never.items()
+        if why
     )
 
 
@@ -176,31 +181,31 @@ def _length(metres: float) -> str:
     return f"{metres:.2g} m" if metres >= 0.095 else f"{1e3 * metres:.2g} mm"
 
 
-def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[str, ...]:
-    """Say which solved hands hardly look like the subject they were solved with.
+def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[Remark, ...]:
+    """Remark on solved hands that hardly look like the subject they were solved with.
 
     And whether the unit of length may be the reason.
     """
-    words = []
+    told: list[Remark] = []
     for name, subject in found.items():
-        text = remark(recording, subject, name)
-        if text:
-            positions = markers_of(recording, subject.model)
-            words += [text, markers_unit_hint(positions, subject.model)]
-    return tuple(text for text in words if text)
+        if unlike := residual_test.doubts(recording, subject, name):
+            told += unlike
+            hint = markers_unit_hint(
+                markers_of(recording, subject.model), subject.model
+            )
+            told += [remark("unit", hint, model=name)] if hint else []
+    return tuple(told)
 
 
 def misplaced(
     recording: Recording, found: Mapping[str, Subject], prior: PosturePrior | None
-) -> tuple[str, ...]:
-    """Say which markers do not fit for a while; see `suspects`."""
-    words = []
+) -> tuple[Remark, ...]:
+    """Remark on markers that do not fit for a while; see `suspects`."""
+    told: list[Remark] = []
     for name, subject in found.items():
         positions = markers_of(recording, subject.model)
-        text = bad_markers.words(recording, subject, name, positions, prior)
-        if text:
-            words.append(f"{name}: {text}")
-    return tuple(words)
+        told += bad_markers.misfits(recording, subject, name, positions, prior)
+    return tuple(told)
 
 
 def untold(
@@ -209,15 +214,15 @@ def untold(
     prior: PosturePrior | None,
     *,
     filled: bool = False,
-) -> tuple[str, ...]:
-    """Say which fingers of which hands had no marker; see `unseen`."""
-    words = []
+) -> tuple[Remark, ...]:
+    """Remark on fingers that had no marker; see `unobserved`."""
+    told: list[Remark] = []
     for name, subject in found.items():
         known = knowing(prior, subject.model.tree.hinges) is not None
-        text = unobserved.words(recording, subject, filled=filled, prior=known)
-        if text:
-            words.append(f"{name}: {text}")
-    return tuple(words)
+        told += unobserved.unobserved(
+            recording, subject, name, filled=filled, prior=known
+        )
+    return tuple(told)
 
 
 def of_motions(recording: Recording, names: Iterable[str]) -> dict[str, float]:

@@ -29,7 +29,7 @@ from handclean.io import files
 from handclean.io.glove.angles import with_motion, write_long
 from handclean.io.glove.readings_file import ReadingsFile
 from handclean.recording import Recording
-from handclean.remarks import texts
+from handclean.remarks import Remark, remark
 from handclean.runner import progress
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
@@ -216,12 +216,14 @@ def _outcome(applied: _Applied) -> Outcome:
         line=f"{tally.frames} frames, {100 * tally.trusted / tally.frames:.0f} % "
         f"trusted, sigma {sigma:.1f} degrees",
         figures=figures,
-        warnings=_warnings(applied.calibration, tally, applied.subject),
+        remarks=_remarks(applied.calibration, tally, applied.subject),
         writers=(_writer(applied),),
     )
 
 
-def _writer(applied: _Applied) -> Callable[[Path, tuple[Entry, ...]], tuple[str, ...]]:
+def _writer(
+    applied: _Applied,
+) -> Callable[[Path, tuple[Entry, ...]], tuple[Remark, ...]]:
     """Return what writes the motion; a long session goes to its file part by part."""
     tree, arrays, frames = applied.tree, applied.arrays, applied.tally.frames
     name = tree.side or "right"
@@ -241,7 +243,7 @@ def _writer(applied: _Applied) -> Callable[[Path, tuple[Entry, ...]], tuple[str,
         skeletons={name: tree},
     )
 
-    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
+    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[Remark, ...]:
         made = replace(take, provenance=provenance)
         if path.suffix.lower() == ".h5":
             write_long(path, made, name, tree.hinges, motion, tips)
@@ -249,46 +251,65 @@ def _writer(applied: _Applied) -> Callable[[Path, tuple[Entry, ...]], tuple[str,
         whole = with_motion(made, name, tree.hinges, motion, tips)
         surface = None if applied.subject is None else applied.subject.surface
         surfaces = {} if surface is None else {name: surface}
-        return texts(files.write(path, whole, surfaces=surfaces))
+        return files.write(path, whole, surfaces=surfaces)
 
     return write
 
 
-def _warnings(
+def _remarks(
     calibration: Calibration, tally: _Tally, subject: Subject | None
-) -> tuple[str, ...]:
+) -> tuple[Remark, ...]:
     told = list(tally.watch.remarks())
     far = np.asarray(tally.foreign) / max(tally.frames, 1)
     if (far > _OFTEN_SHARE).any():
         sensors = calibration.glove.sensors
         names = ", ".join(sensors[k] for k in np.flatnonzero(far > _OFTEN_SHARE))
         told.append(
-            f"{names} read far outside what was calibrated, in up to "
-            f"{100 * far.max():.0f} % of frames, which are not trusted: another glove, "
-            "or another wearer?"
+            remark(
+                "fit",
+                f"{names} read far outside what was calibrated, in up to "
+                f"{100 * far.max():.0f} % of frames, which are not trusted: another "
+                "glove, or another wearer?",
+            )
         )
     if tally.uneven > _MOST_UNEVEN_FRAMES:
         told.append(
-            f"times are up to {tally.uneven:.2g} frames off an even rate; angles are "
-            "written frame by frame at the mean rate"
+            remark(
+                "time",
+                f"times are up to {tally.uneven:.2g} frames off an even rate; angles "
+                "are written frame by frame at the mean rate",
+                frames_off=float(tally.uneven),
+            )
         )
     lost = {row.rotation for row in calibration.glove.measured}
     lost -= {one.rotation for one in calibration.fits}
     if lost:
-        told.append(f"{', '.join(sorted(lost))} are not calibrated and stay at zero")
+        told.append(
+            remark(
+                "unobserved",
+                f"{', '.join(sorted(lost))} are not calibrated and stay at zero",
+                rotations=sorted(lost),
+            )
+        )
     order = [row.rotation for row in calibration.glove.measured]
     shares = np.broadcast_to(tally.unsure / max(tally.frames, 1), len(order))
     often = [k for k in np.argsort(-shares, kind="stable") if shares[k] > _OFTEN_SHARE]
     if often:
         told.append(
-            f"{', '.join(order[k] for k in often)} are too unsure to be trusted in up "
-            f"to {100 * shares[often[0]]:.0f} % of frames; samples of them at more "
-            "angles would help"
+            remark(
+                "trust",
+                f"{', '.join(order[k] for k in often)} are too unsure to be trusted in "
+                f"up to {100 * shares[often[0]]:.0f} % of frames; samples of them at "
+                "more angles would help",
+            )
         )
     wearer = "" if subject is None else subject.name
     if calibration.use != "fk" and wearer and calibration.subject not in ("", wearer):
         told.append(
-            f"the calibration has IK samples of {calibration.subject}, the subject is "
-            f"{wearer}: those hold for one wearer only"
+            remark(
+                "subject",
+                f"the calibration has IK samples of {calibration.subject}, the subject "
+                f"is {wearer}: those hold for one wearer only",
+            )
         )
     return tuple(told)

@@ -12,6 +12,7 @@ from handclean.glove import examine
 from handclean.glove.definitions import to_toml
 from handclean.glove.gloves import Glove, with_coupling
 from handclean.io.shared.writing import write_lines
+from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
@@ -64,7 +65,7 @@ def calibrate_glove_examine(
             "effects": rows,
             "reading": {k: list(v) for k, v in found.reading.items()},
         },
-        warnings=_warnings(found),
+        remarks=_remarks(found),
         writers=(write,),
     )
 
@@ -115,10 +116,11 @@ def _details(rows: Sequence[Mapping[str, Any]]) -> str:
     )
 
 
-def _warnings(found: examine.Examination) -> tuple[str, ...]:
+def _remarks(found: examine.Examination) -> tuple[Remark, ...]:
     if not found.unknown:
         return ()
-    return (
+    text = (
         f"{', '.join(found.unknown)} never moved alone: what affects them "
-        "stays as it was",
+        "stays as it was"
     )
+    return (remark("unobserved", text, sensors=list(found.unknown)),)

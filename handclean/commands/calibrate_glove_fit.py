@@ -18,6 +18,7 @@ from handclean.glove.calibrate import FitTask, assemble, fit_tasks, run_task
 from handclean.glove.calibration import RotationFit
 from handclean.glove.gloves import Glove
 from handclean.glove.models import KINDS
+from handclean.remarks import Remark, remark
 from handclean.runner import progress
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
@@ -69,9 +70,9 @@ def calibrate_glove_fit(sources: tuple[Source, ...], settings: GloveFitting) -> 
             },
             "each": {one.rotation: _each(one) for one in found.fits},
         },
-        warnings=(
+        remarks=(
             *told,
-            *(text for one in found.fits for text in _warnings_of(one)),
+            *(said for one in found.fits for said in _remarks_on(one)),
             *_other_gloves(glove, [other for _, other in read]),
         ),
         writers=(write,),
@@ -89,31 +90,41 @@ def _each(fit: RotationFit) -> dict[str, Any]:
     }
 
 
-def _warnings_of(fit: RotationFit) -> list[str]:
+def _remarks_on(fit: RotationFit) -> list[Remark]:
     """Say what was odd about the samples of one rotation."""
-    warnings = []
+    remarks: list[Remark] = []
     figures = fit.fitted.figures
     if figures.jitter > 0.0:
         twice = (
             f"{figures.duplicates} of {figures.samples} samples have the readings "
             "of another; "
         )
-        warnings.append(
-            f"{fit.rotation}: {twice if figures.duplicates else ''}"
-            "a singular covariance was eased"
+        remarks.append(
+            remark(
+                "fit",
+                f"{fit.rotation}: {twice if figures.duplicates else ''}"
+                "a singular covariance was eased",
+                rotation=fit.rotation,
+            )
         )
     still = [s for s, c in zip(fit.sensors, figures.constant, strict=True) if c]
     if still:
-        warnings.append(f"{fit.rotation}: {', '.join(still)} never changed")
-    return warnings
+        remarks.append(
+            remark(
+                "sensor",
+                f"{fit.rotation}: {', '.join(still)} never changed",
+                rotation=fit.rotation,
+                sensors=still,
+            )
+        )
+    return remarks
 
 
-def _other_gloves(glove: Glove, others: Sequence[Glove]) -> list[str]:
+def _other_gloves(glove: Glove, others: Sequence[Glove]) -> list[Remark]:
     if all(tuple(other.rows) == tuple(glove.rows) for other in others):
         return []
-    return [
-        "the samples' gloves differ in what affects their sensors; the first counts"
-    ]
+    text = "the samples' gloves differ in what affects their sensors; the first counts"
+    return [remark("fit", text)]
 
 
 def _here(tasks: Sequence[FitTask]) -> list[RotationFit]:

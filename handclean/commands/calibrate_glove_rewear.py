@@ -10,6 +10,7 @@ from handclean.commands.shared.choices import GloveRewearing
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.glove import samples as samples_of
 from handclean.glove.donning import Adapted, adapt_to_donning
+from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
@@ -65,7 +66,7 @@ def calibrate_glove_rewear(
             "scale": found.scale,
             "doubt_deg": float(np.degrees(found.doubt)),
         },
-        warnings=_warnings(found),
+        remarks=_remarks(found),
         writers=(write,),
     )
 
@@ -79,10 +80,11 @@ def _of_sensors(
     return shift, {sensors[k]: float(found.gain[k]) for k in own}
 
 
-def _warnings(found: Adapted) -> tuple[str, ...]:
+def _remarks(found: Adapted) -> tuple[Remark, ...]:
     if found.scale <= _MOST_USUAL_FACTOR:
         return ()
-    return (
+    text = (
         f"readings changed {found.scale:g} times more than between donnings as a "
-        "rule: another person or glove? 'calibrate-glove fit' may serve better",
+        "rule: another person or glove? 'calibrate-glove fit' may serve better"
     )
+    return (remark("fit", text, scale=float(found.scale)),)

@@ -16,6 +16,7 @@ from handclean.glove import readings as checks
 from handclean.glove import samples as samples_of
 from handclean.glove.gloves import Glove
 from handclean.glove.samples import Samples
+from handclean.remarks import Remark, of_file, remark
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
@@ -56,7 +57,7 @@ def calibrate_glove_sample(
     return Outcome(
         line=_line(figures),
         figures=figures,
-        warnings=(*known.warnings, *_warnings(parts), *_doubles(merged)),
+        remarks=(*known.remarks, *_all_of(parts), *_doubles(merged)),
         writers=(write,),
     )
 
@@ -75,7 +76,7 @@ class _File:
     sampled: Sampled
     frames: int
     unusable: int
-    warnings: tuple[str, ...]
+    remarks: tuple[Remark, ...]
 
 
 def _of_file(
@@ -96,29 +97,25 @@ def _of_file(
         rows=good[samples_of.spread(len(good), settings.sample.most)],
         subject=str(found.facts.get("subject", "")),
     )
-    warnings = list(checks.remarks(glove, readings, mode != "pose"))
+    remarks = list(checks.remarks(glove, readings, mode != "pose"))
     if mode == "pose" and (text := claims.moved(glove, times, readings, good)):
-        warnings.append(f"{text}; is all of it the pose?")
+        remarks.append(remark("fit", f"{text}; is all of it the pose?"))
     sampled = glove_known.sampled(one, settings, glove, mode, known)
-    warnings += sampled.warnings
+    remarks += sampled.remarks
     if not len(sampled.samples.readings):
-        warnings.append("gave no sample")
+        remarks.append(remark("few", "gave no sample"))
     return _File(
         source=source,
         sampled=sampled,
         frames=len(one.rows),
         unusable=int(inside.sum()) - len(good),
-        warnings=tuple(warnings),
+        remarks=tuple(remarks),
     )
 
 
-def _warnings(parts: Sequence[_File]) -> list[str]:
-    """Warnings of all files, each named if there are several."""
-    return [
-        f"{part.source.path.name}: {text}" if len(parts) > 1 else text
-        for part in parts
-        for text in part.warnings
-    ]
+def _all_of(parts: Sequence[_File]) -> list[Remark]:
+    """Remarks on all files, each with its file."""
+    return [said for p in parts for said in of_file(p.source.path, p.remarks)]
 
 
 def _figures(merged: Samples, parts: Sequence[_File], mode: str) -> dict[str, Any]:
@@ -201,9 +198,10 @@ def _glove(source: Source, settings: GloveSampling) -> Glove:
     return glove_files.glove_of(source, settings.glove)
 
 
-def _doubles(samples: Samples) -> list[str]:
-    """Say that readings come twice, as key poses of a coarse converter do."""
+def _doubles(samples: Samples) -> list[Remark]:
+    """Remark that readings come twice, as key poses of a coarse converter do."""
     count = len(samples.readings) - len(np.unique(samples.readings, axis=0))
     if count < _MANY_DOUBLES_SHARE * len(samples.readings):
         return []
-    return [f"{count} of {len(samples.readings)} samples have the readings of another"]
+    text = f"{count} of {len(samples.readings)} samples have the readings of another"
+    return [remark("few", text, count=count)]

@@ -1,6 +1,5 @@
 """A subject from labelled range-of-motion takes of one hand."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -61,13 +60,14 @@ def calibrate_hand_markers(
         side=sides.pop(),
         name=settings.name,
         scanned=_scanned(sources),
+        called=names_of(sources),
     )
-    odd = sessions.traps_of_all(sources, takes)
+    odd = tuple(one for take in takes for one in take.remarks)
     of_scan: Mapping[str, Any] = {}
     if done.located is not None:
         placed = _placed(done.located)
         if done.report is None:
-            return replace(placed, warnings=(*done.warnings, *odd))
+            return replace(placed, remarks=(*done.remarks, *odd))
         of_scan = placed.figures
     subject, report = done.subject, done.report
     assert report is not None
@@ -90,25 +90,17 @@ def calibrate_hand_markers(
     return Outcome(
         line=line,
         figures={**figures, **of_scan},
-        warnings=(*(with_files(words, sources) for words in done.warnings), *odd),
+        remarks=(*done.remarks, *odd),
         writers=(write,),
     )
 
 
-def with_files(words: str, sources: Sequence[Source]) -> str:
-    """Put names of files for "take 1", "take 2" where there are several takes."""
-    if len(sources) < 2:
-        return words
-
+def names_of(sources: Sequence[Source]) -> tuple[str, ...]:
+    """Name takes as remarks call them, by their files; with folders if need be."""
     called = [source.path.name for source in sources]
     if len(set(called)) < len(called):
         called = [source.name for source in sources]
-
-    def name(found: re.Match[str]) -> str:
-        number = int(found[1])
-        return called[number - 1] if 0 < number <= len(called) else found[0]
-
-    return re.sub(r"\btake (\d+)\b", name, words)
+    return tuple(called)
 
 
 def _scanned(sources: tuple[Source, ...]) -> Subject | None:
@@ -146,4 +138,4 @@ def _placed(located: Located) -> Outcome:
         "size": subject.model.tree.scale,
         **{name: 1e3 * subject.errors[f"{name[:-2]}m"] for name in SCANNED},
     }
-    return Outcome(line=line, figures=figures, warnings=placed.words, writers=(write,))
+    return Outcome(line=line, figures=figures, remarks=placed.remarks, writers=(write,))

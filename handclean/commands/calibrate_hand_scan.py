@@ -8,7 +8,6 @@ from handclean.errors import UsageError
 from handclean.io.hdf5.subject import write_subject
 from handclean.io.landmarks import read_landmarks
 from handclean.io.mesh.meshes import read_mesh
-from handclean.remarks import texts
 from handclean.runner import progress
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
@@ -82,6 +81,6 @@ def calibrate_hand_scan(sources: tuple[Source, ...], settings: Scanning) -> Outc
     return Outcome(
         line=line,
         figures=figures,
-        warnings=(*texts(mesh.remarks), *report.warnings),
+        remarks=(*mesh.remarks, *report.remarks),
         writers=(write,),
     )

@@ -13,7 +13,6 @@ FIGURES = {**label.FIGURES, **fill_gaps.FIGURES, **solve.FIGURES}
 def clean(source: Source, settings: Cleaning) -> Outcome:
     """Label, fill and solve in one pass."""
     recording = sessions.read(source)
-    odd = sessions.traps(source, recording)
     sought = hands.of_only_source(source)
     done = clean_hand(recording, sought, settings.label, settings.fill, settings.solve)
     words = (part.in_words(done.figures) for part in (label, fill_gaps, solve))
@@ -21,6 +20,6 @@ def clean(source: Source, settings: Cleaning) -> Outcome:
         done.take,
         "; ".join(words),
         done.figures,
-        (*odd, *done.warnings),
+        done.remarks,
         sessions.surfaces(sought.subjects),
     )

@@ -60,7 +60,7 @@ def compare(sources: tuple[Source, ...], settings: CompareConfig) -> Outcome:
         line=in_words(figures),
         details=in_text(found),
         figures=figures,
-        warnings=(*found.warnings, *sessions.traps_of_all(sources, (reference, test))),
+        remarks=(*found.remarks, *reference.remarks, *test.remarks),
     )
 
 

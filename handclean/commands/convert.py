@@ -6,7 +6,7 @@ from handclean.commands.shared.take_options import options_of
 from handclean.io.keeps import kept
 from handclean.io.oddities import wrong_size
 from handclean.recording import Recording
-from handclean.remarks import texts
+from handclean.remarks import Remark
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
 
@@ -38,14 +38,14 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
     unnamed = settings is not None and settings.unnamed
     figures = contents(kept(recording, source.target, unnamed=unnamed))
     surfaces = None
-    odd: tuple[str, ...] = ()
+    odd: tuple[Remark, ...] = ()
     if source.target == ".glb" and options_of(source).subjects:
         surfaces, odd = skins.worn(source, recording)
     return sessions.outcome(
         recording,
         in_words(figures),
         figures,
-        (*sessions.traps(source, recording), *texts(wrong_size(recording)), *odd),
+        (*wrong_size(recording), *odd),
         surfaces,
         unnamed=unnamed,
     )

@@ -14,6 +14,7 @@ from handclean.commands.shared.take_options import TakeOptions, options_of
 from handclean.errors import UsageError
 from handclean.hand.marker_set import MarkerSet, load_marker_set
 from handclean.layouts.evaluate import Errors, evaluate
+from handclean.remarks import Remark
 from handclean.runner import progress
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
@@ -35,7 +36,7 @@ _KINDS = ("standard", "subspace")
 
 def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Outcome:
     """Judge layouts on motion they were not made for."""
-    odd: list[str] = []
+    odd: list[Remark] = []
     given = [path for role, path in sources[0].files.items() if role.startswith("on ")]
     progress.tell("reading motion")
     told = options_of(sources[0])
@@ -67,7 +68,7 @@ def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Ou
             "anchor": settings.anchor,
             **_figures_of_all(found, best, counts),
         },
-        warnings=(*odd, *motions.left_out(taken)),
+        remarks=(*odd, *motions.left_out(taken)),
     )
 
 

@@ -25,11 +25,10 @@ FIGURES = {
 def fill_gaps(source: Source, settings: Filling) -> Outcome:
     """Fill the gaps of every hand."""
     recording = sessions.read(source)
-    odd = sessions.traps(source, recording)
     sought = hands.of_source(source)
     done = fill_hands(recording, sought, settings.fill, settings.solve)
     return sessions.outcome(
-        done.take, in_words(done.figures), done.figures, (*odd, *done.warnings)
+        done.take, in_words(done.figures), done.figures, done.remarks
     )
 
 

@@ -25,10 +25,9 @@ FIGURES = {
 def label(source: Source, settings: LabelConfig) -> Outcome:
     """Name every point of the take, or leave it unnamed."""
     recording = sessions.read(source)
-    odd = sessions.traps(source, recording)
     done = label_hand(recording, hands.of_only_source(source), settings)
     return sessions.outcome(
-        done.take, in_words(done.figures), done.figures, (*odd, *done.warnings)
+        done.take, in_words(done.figures), done.figures, done.remarks
     )
 
 

@@ -12,6 +12,7 @@ from handclean.commands.shared.choices import LearnConfig
 from handclean.errors import UsageError
 from handclean.ik import prior
 from handclean.io.hdf5.prior import write_prior
+from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
@@ -37,7 +38,7 @@ def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcom
 
     D angles take more than D frames: with fewer the directions are those frames.
     """
-    odd: list[str] = []
+    odd: list[Remark] = []
     learnt_from = [motion for source in sources for motion in motions.read(source, odd)]
     names = tuple(
         name
@@ -74,7 +75,7 @@ def learn_subspace(sources: tuple[Source, ...], settings: LearnConfig) -> Outcom
     return Outcome(
         line=_line(figures),
         figures=figures,
-        warnings=_warnings(sources[0], odd, learnt_from, figures),
+        remarks=_remarks(odd, learnt_from, figures),
         writers=(write,),
     )
 
@@ -89,22 +90,24 @@ def _line(figures: Mapping[str, Any]) -> str:
     return line
 
 
-def _warnings(
-    source: Source,
-    odd: Sequence[str],
+def _remarks(
+    odd: Sequence[Remark],
     learnt_from: Sequence[motions.HandMotion],
     figures: Mapping[str, Any],
-) -> tuple[str, ...]:
+) -> tuple[Remark, ...]:
     """Remarks on the takes, those left out, and a prior of too few frames."""
-    first = f"{source.path}: "  # of which a warning speaks anyway
-    warnings = [text.removeprefix(first) for text in odd]
-    warnings += motions.left_out(learnt_from)
+    remarks = [*odd, *motions.left_out(learnt_from)]
     frames = figures["frames"]
     if frames < FEW_FRAMES_PER_ANGLE * figures["angles"]:
-        warnings.append(
-            f"learnt from {frames} frames only: its directions may be those of chance"
+        remarks.append(
+            remark(
+                "few",
+                f"learnt from {frames} frames only: its directions may be those of "
+                "chance",
+                count=frames,
+            )
         )
-    return tuple(warnings)
+    return tuple(remarks)
 
 
 def in_order(names: tuple[str, ...], motion: motions.HandMotion) -> Floats:
@@ -122,13 +125,13 @@ def in_order(names: tuple[str, ...], motion: motions.HandMotion) -> Floats:
 
 
 def _held_out(
-    source: Source, found: prior.PosturePrior, odd: list[str]
+    source: Source, found: prior.PosturePrior, odd: list[Remark]
 ) -> dict[str, Any]:
     given = [p for role, p in source.files.items() if role.startswith("held_out")]
     if not given:
         return {}
     taken = [m for path in given for m in motions.read(Source(path=path), odd)]
-    odd += [f"--held-out: {text}" for text in motions.left_out(taken)]
+    odd += motions.left_out(taken, "--held-out: ")
     angles = np.concatenate([in_order(found.names, motion) for motion in taken])
     if motions.known([angles]) < 2:
         raise UsageError("--held-out: fewer than 2 frames are known and trusted")

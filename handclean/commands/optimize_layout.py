@@ -20,6 +20,7 @@ from handclean.layouts.choose import choose
 from handclean.layouts.feasible import counts, feasible
 from handclean.layouts.optimize import Layout, optimize
 from handclean.layouts.problem import Problem, make_problem, on_bones, subspace_of
+from handclean.remarks import Remark, remark
 from handclean.runner import progress
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
@@ -56,7 +57,7 @@ _LEAST_RED, _MOST_OTHER = 128, 80
 
 def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome:
     """Find the markers that tell a motion best."""
-    odd: list[str] = []
+    odd: list[Remark] = []
     progress.tell("reading motion")
     taken = [motion for source in sources for motion in motions.read(source, odd)]
     worn = wearer(sources[0], [motion.side for motion in taken])
@@ -73,7 +74,6 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
         f"{sources[0].path.name} the first of them"
     )
     markers = marker_set_of(found, problem, worn, given, settings, source)
-    first = f"{sources[0].path}: "  # of which a warning speaks anyway
     return Outcome(
         line=_in_words(found),
         details=_in_rows(found, markers.labels),
@@ -83,8 +83,8 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
             **_figures(found, problem, markers.labels),
             **({"tried_mm": errors} if errors else {}),
         },
-        warnings=(
-            *(text.removeprefix(first) for text in odd),
+        remarks=(
+            *odd,
             *motions.left_out(taken),
             *_doubts(found, settings),
         ),
@@ -117,19 +117,29 @@ def _candidates(
     return on_bones(worn.surface, worn.tree, places)
 
 
-def _doubts(found: Layout, settings: LayingOut) -> tuple[str, ...]:
+def _doubts(found: Layout, settings: LayingOut) -> tuple[Remark, ...]:
     """Say what nobody could use of a layout."""
-    told, count, least = [], len(found.chosen), needs.LABELLED
+    told: list[Remark] = []
+    count, least = len(found.chosen), needs.LABELLED
     if count < least:
         told.append(
-            f"{count} markers can be solved but not labelled: 'label' and 'clean' need "
-            f"{least} at least"
+            remark(
+                "layout",
+                f"{count} markers can be solved but not labelled: 'label' and 'clean' "
+                f"need {least} at least",
+                markers=count,
+            )
         )
     apart = 1e3 * found.smallest_m
     if apart < settings.marker_mm:
         told.append(
-            f"two markers come to {apart:.1f} mm of each other, centre to centre, and "
-            f"are {settings.marker_mm:g} mm wide: they touch; take fewer than {count}"
+            remark(
+                "layout",
+                f"two markers come to {apart:.1f} mm of each other, centre to centre, "
+                f"and are {settings.marker_mm:g} mm wide: they touch; take fewer than "
+                f"{count}",
+                apart_mm=apart,
+            )
         )
     return tuple(told)
 

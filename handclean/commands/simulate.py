@@ -20,7 +20,6 @@ from handclean.io.hdf5.subject import write_subject
 from handclean.io.landmarks import write_landmarks
 from handclean.io.mesh.meshes import Mesh, write_mesh
 from handclean.recording import Motion, Recording, motion_from_poses
-from handclean.remarks import texts
 from handclean.runner import staging
 from handclean.runner.batch import Source, Task
 from handclean.runner.outcome import Entry, Outcome, Writer
@@ -141,7 +140,7 @@ def _scan(scan: Scan, number: int, first: bool) -> Outcome:
         colors=scan.colors,
     )
     writers: list[Writer] = [
-        lambda path, _: texts(write_mesh(path, cloud)),
+        lambda path, _: write_mesh(path, cloud),
         lambda path, _: write_landmarks(path, scan.landmarks),
         sessions.writer(truth),
     ]

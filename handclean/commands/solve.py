@@ -22,14 +22,13 @@ FIGURES = {
 def solve(source: Source, settings: Solving) -> Outcome:
     """Add the joint angles of every hand, or keep those that filling found."""
     recording = sessions.read(source)
-    odd = sessions.traps(source, recording)
     sought = hands.of_source(source, with_prior=not settings.standard)
     done = solve_hands(recording, sought, settings.solve)
     return sessions.outcome(
         done.take,
         in_words(done.figures),
         done.figures,
-        (*odd, *done.warnings),
+        done.remarks,
         sessions.surfaces(sought.subjects),
     )
 

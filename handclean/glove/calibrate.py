@@ -21,6 +21,7 @@ from handclean.glove.models import fit
 from handclean.glove.samples import FK, IK, Samples, spread
 from handclean.glove.settings import GloveFitConfig
 from handclean.numerics.gp.settings import FitSettings
+from handclean.remarks import Remark, remark
 
 LINEAR = ("linear", "two-pose")
 """Models of one sensor."""
@@ -60,7 +61,7 @@ class FitTask:
 
 def fit_tasks(
     glove: Glove, samples: Samples, settings: GloveFitConfig, seed: int
-) -> tuple[list[FitTask], tuple[str, ...]]:
+) -> tuple[list[FitTask], tuple[Remark, ...]]:
     """List the fits of a calibration, and what should be known of them.
 
     Raises
@@ -70,21 +71,32 @@ def fit_tasks(
     """
     if settings.use != "all":
         samples = samples.chosen(samples.kind == {"fk": FK, "ik": IK}[settings.use])
-    tasks, told = [], []
+    tasks: list[FitTask] = []
+    told: list[Remark] = []
     for number, row in enumerate(glove.measured):
         task, why = _task(glove, row, samples, settings, seed + number)
         if task is None:
-            told.append(f"{row.rotation} is not calibrated: {why}")
+            told.append(
+                remark(
+                    "unobserved",
+                    f"{row.rotation} is not calibrated: {why}",
+                    rotation=row.rotation,
+                )
+            )
             continue
         tasks.append(task)
         if (count := count_angles(task.targets, task.group)) < _LEAST_ANGLES:
             told.append(
-                f"{row.rotation} is known at {count} angles; what lies between is a "
-                f"guess, {_LEAST_ANGLES} or more would tell"
+                remark(
+                    "few",
+                    f"{row.rotation} is known at {count} angles; what lies between is "
+                    f"a guess, {_LEAST_ANGLES} or more would tell",
+                    rotation=row.rotation,
+                )
             )
     if not tasks:
         raise HandcleanError(
-            "samples: tell no rotation" + (f" ({told[0]})" if told else "")
+            "samples: tell no rotation" + (f" ({told[0].text})" if told else "")
         )
     return tasks, tuple(told)
 

@@ -11,6 +11,7 @@ from handclean.glove.hands import GloveHand
 from handclean.glove.readings import smooth
 from handclean.hand.pronation import with_pronation
 from handclean.hand.template import template
+from handclean.remarks import Remark, remark
 
 _REMARK_BEYOND_RAD, _ERROR_BEYOND_RAD = np.radians(5.0), np.radians(20.0)
 """[rad] beyond an active range: worth a remark; more than any hand does (chosen)."""
@@ -31,8 +32,8 @@ _DRIFT_QUANTILES = (0.025, 0.975)
 
 def expect_pose(
     where: Where, hand: GloveHand, pose: Mapping[str, float]
-) -> tuple[str, ...]:
-    """Expect hinges that hands have at angles they can take; say what is odd.
+) -> tuple[Remark, ...]:
+    """Expect hinges that hands have at angles they can take; remark on what is odd.
 
     Parameters
     ----------
@@ -63,8 +64,8 @@ def expect_pose(
 
 def expect_reachable(
     where: Where, hand: GloveHand, rotations: Floats
-) -> tuple[str, ...]:
-    """Expect rotations about their active ranges; say which lie beyond.
+) -> tuple[Remark, ...]:
+    """Expect rotations about their active ranges; remark on those that lie beyond.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def expect_reachable(
     FileError
         If one lies far beyond.
     """
-    told = []
+    told: list[Remark] = []
     for name, angle, (low, high) in zip(
         hand.rotations, rotations, hand.ranges, strict=True
     ):
@@ -84,8 +85,13 @@ def expect_reachable(
             and _expect(where, name, angle, low, high) > _REMARK_BEYOND_RAD
         ):
             told.append(
-                f"{where}: {name} is {np.degrees(angle):g} degrees; its active range "
-                f"goes from {np.degrees(low):g} to {np.degrees(high):g}"
+                remark(
+                    "fit",
+                    f"{where}: {name} is {np.degrees(angle):g} degrees; its active "
+                    f"range goes from {np.degrees(low):g} to {np.degrees(high):g}",
+                    rotation=name,
+                    angle_rad=float(angle),
+                )
             )
     return tuple(told)
 

@@ -13,6 +13,7 @@ from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import FileError, Where
 from handclean.glove.gloves import Glove
 from handclean.glove.smooth import smoothed
+from handclean.remarks import Remark, remark
 
 _LEAST_FRAMES = 30
 """Frames in which a sensor that works changes at least once (chosen)."""
@@ -113,33 +114,47 @@ class Watch:
         self._low = np.fmin(self._low, np.fmin.reduce(used, axis=0, initial=np.inf))
         self._high = np.fmax(self._high, np.fmax.reduce(used, axis=0, initial=-np.inf))
 
-    def remarks(self, moving: bool = True) -> tuple[str, ...]:
-        """Say what is odd about the readings, one line each.
+    def remarks(self, moving: bool = True) -> tuple[Remark, ...]:
+        """Remark on what is odd about the readings.
 
         Parameters
         ----------
         moving : whether the hand moved, so that sensors should have.
         """
-        told = []
+        told: list[Remark] = []
         empty = self._blank == self.frames
         if empty.any():
-            told.append(f"{_names(self._glove, empty)} reads nothing at all")
+            told.append(
+                remark("sensor", f"{_names(self._glove, empty)} reads nothing at all")
+            )
         elif self.blank:
             names = _names(self._glove, self._blank > 0)
-            told.append(f"{self.blank} frames have no reading of {names}")
+            told.append(
+                remark(
+                    "missing",
+                    f"{self.blank} frames have no reading of {names}",
+                    count=self.blank,
+                )
+            )
         if self.stuck:
             share = 100.0 * self.stuck / self.frames
             names = _names(self._glove, self._stuck > 0)
-            told.append(f"{names} saturated in {share:.3g} % of frames")
+            told.append(
+                remark(
+                    "sensor",
+                    f"{names} saturated in {share:.3g} % of frames",
+                    percent=share,
+                )
+            )
         still = (self._low == self._high) & ~empty
         if moving and self.frames >= _LEAST_FRAMES and still.any():
             names = _names(self._glove, still)
-            told.append(f"{names} never changed: is it connected?")
+            told.append(remark("sensor", f"{names} never changed: is it connected?"))
         return tuple(told)
 
 
-def remarks(glove: Glove, readings: Floats, moving: bool = True) -> tuple[str, ...]:
-    """Say what is odd about (T, S) readings, see `Watch.remarks`."""
+def remarks(glove: Glove, readings: Floats, moving: bool = True) -> tuple[Remark, ...]:
+    """Remark on what is odd about (T, S) readings, see `Watch.remarks`."""
     watch = Watch(glove)
     watch.see(readings)
     return watch.remarks(moving)

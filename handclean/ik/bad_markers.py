@@ -17,6 +17,7 @@ from handclean.ik.prior import PosturePrior
 from handclean.ik.residual_test import IMPLAUSIBLE_RATIO, usual_residual
 from handclean.ik.solve import solve_markers
 from handclean.recording import Recording
+from handclean.remarks import Remark, remark
 
 MIN_FRAMES = 5
 """Frames that do not fit, from which on it is said. Chosen."""
@@ -113,14 +114,14 @@ def _usual(subject: Subject, positions: Floats) -> Floats:
     return usual_residual(subject.model, subject.marker_sigma, seen)
 
 
-def words(
+def misfits(
     recording: Recording,
     subject: Subject,
     name: str,
     positions: Floats,
     prior: PosturePrior | None = None,
-) -> str:
-    """One line on markers to blame for frames of a solved take; "" if there are none.
+) -> tuple[Remark, ...]:
+    """Remark on markers to blame for frames of a solved take, if there are some.
 
     Parameters
     ----------
@@ -132,12 +133,23 @@ def words(
     if residual is not None:
         found = suspects(subject, positions, residual, prior)
     if found is None:
-        return ""
+        return ()
     first, last = recording.numbering.span(found.frames[0], found.frames[-1] + 1)
     text = (
-        f"residual {1e3 * found.residual_m:.2g} mm, usually {1e3 * found.usual_m:.2g}, "
-        f"in {len(found.frames)} frames from {first} to {last}"
+        f"{name}: residual {1e3 * found.residual_m:.2g} mm, usually "
+        f"{1e3 * found.usual_m:.2g}, in {len(found.frames)} frames from {first} to "
+        f"{last}"
     )
-    if not found.labels:
-        return text
-    return f"{text}, but not without {' and '.join(found.labels)}: frozen or swapped?"
+    if found.labels:
+        labels = " and ".join(found.labels)
+        text = f"{text}, but not without {labels}: frozen or swapped?"
+    said = remark(
+        "fit",
+        text,
+        frames=(first, last),
+        model=name,
+        marker=found.labels[0] if len(found.labels) == 1 else "",
+        markers=list(found.labels),
+        residual_m=float(found.residual_m),
+    )
+    return (said,)

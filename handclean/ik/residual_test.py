@@ -28,6 +28,7 @@ from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.ik.whose import reason
 from handclean.recording import Recording
+from handclean.remarks import Remark, remark
 from handclean.tree import ROOT_DOFS
 
 IMPLAUSIBLE_RATIO = 4.0
@@ -101,8 +102,10 @@ def _enough(seen: Bools, residual: Floats) -> Bools:
     return np.asarray(np.isfinite(residual) & (seen.sum(axis=1) > ROOT_DOFS // 3))
 
 
-def remark(recording: Recording, subject: Subject, name: str = "") -> str:
-    """One line on a solved take that hardly shows this subject; "" if it may.
+def doubts(
+    recording: Recording, subject: Subject, name: str = ""
+) -> tuple[Remark, ...]:
+    """Remark on a solved take that hardly shows this subject; on no other.
 
     Parameters
     ----------
@@ -112,7 +115,7 @@ def remark(recording: Recording, subject: Subject, name: str = "") -> str:
     name = name or model.tree.side or model.tree.kind
     motion, markers = recording.motions.get(name), recording.markers
     if motion is None or motion.residual is None or markers is None:
-        return ""
+        return ()
     positions = np.full((recording.frames, len(model.labels), 3), np.nan)
     for column, label in enumerate(model.labels):
         if label in markers.labels:
@@ -120,7 +123,7 @@ def remark(recording: Recording, subject: Subject, name: str = "") -> str:
             here = markers.measured[:, at]
             positions[here, column] = markers.positions[here, at]
     text = _in_words(subject, motion.residual, positions)
-    return f"{name}: {text}" if text else ""
+    return (remark("fit", f"{name}: {text}", model=name),) if text else ()
 
 
 def _in_words(subject: Subject, residual: Floats, positions: Floats) -> str:

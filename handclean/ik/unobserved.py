@@ -6,6 +6,7 @@ from handclean.arrays import Bools
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.recording import Origin, Recording
+from handclean.remarks import Remark, remark
 from handclean.tree import ROOT_DOFS
 
 MIN_SHARE = 0.05
@@ -41,29 +42,31 @@ def unseen(model: Model, seen: Bools) -> dict[str, float]:
     return found
 
 
-def words(recording: Recording, subject: Subject, *, filled: bool, prior: bool) -> str:
-    """One line on joints that no marker told of; "" if there were none.
+def unobserved(
+    recording: Recording, subject: Subject, name: str, *, filled: bool, prior: bool
+) -> tuple[Remark, ...]:
+    """Remark on joints that no marker told of, if there were some.
 
     Parameters
     ----------
+    name : of the motion.
     filled : whether filled samples tell, too.
     prior : whether a posture prior stood in for markers.
     """
     model, markers = subject.model, recording.markers
     if markers is None:
-        return ""
+        return ()
     there = markers.measured | (filled & (markers.origin == Origin.FILLED))
     seen = np.zeros((recording.frames, len(model.labels)), dtype=bool)
     for column, label in enumerate(model.labels):
         if label in markers.labels:
             seen[:, column] = there[:, markers.labels.index(label)]
-    told = [
-        f"{where} in {100.0 * share:.0f} %"
-        for where, share in unseen(model, seen).items()
-        if share >= MIN_SHARE
-    ]
+    share_of = unseen(model, seen)
+    shares = {w: share for w, share in share_of.items() if share >= MIN_SHARE}
+    told = [f"{where} in {100.0 * share:.0f} %" for where, share in shares.items()]
     if not told:
-        return ""
+        return ()
     what = "the prior's" if prior else "not measured"
     whose = "their" if len(told) > 1 else "its"
-    return f"no marker {', '.join(told)} of frames: {whose} angles are {what}"
+    text = f"{name}: no marker {', '.join(told)} of frames: {whose} angles are {what}"
+    return (remark("unobserved", text, model=name, shares=shares),)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from handclean.arrays import Floats
+from handclean.remarks import Remark
 
 MM = 1e3
 DEG = 180.0 / math.pi
@@ -134,7 +135,7 @@ class Comparison:
     labels, markers : None where one of the takes has no labelled markers.
     motions : by name.
     missing, extra : markers and hinges that only the reference, only the test has.
-    warnings : what to know when reading the numbers, one line each.
+    remarks : what to know when reading the numbers.
     """
 
     frames: int
@@ -143,7 +144,7 @@ class Comparison:
     motions: Mapping[str, MotionErrors] = field(default_factory=dict)
     missing: tuple[str, ...] = ()
     extra: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
     def figures(self) -> dict[str, float]:
         """Everything as flat names and numbers, in millimetres and degrees.

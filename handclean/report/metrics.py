@@ -26,6 +26,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import HandcleanError
 from handclean.recording import Motion, Origin, Recording, Trajectories
+from handclean.remarks import Remark, remark
 from handclean.report.comparison import (
     Comparison,
     LabelScore,
@@ -53,7 +54,7 @@ def compare(
         If the rates differ, no frames overlap, or there is nothing both takes have.
     """
     settings = settings or CompareConfig()
-    here, there, warnings = _overlap(reference, test, settings.frames)
+    here, there, remarks = _overlap(reference, test, settings.frames)
     missing, extra = _only_one_has(reference, test)
     labels = markers = None
     if reference.markers is not None and test.markers is not None:
@@ -83,13 +84,13 @@ def compare(
         motions=motions,
         missing=missing,
         extra=extra,
-        warnings=warnings,
+        remarks=remarks,
     )
 
 
 def _overlap(
     reference: Recording, test: Recording, most: int
-) -> tuple[slice, slice, tuple[str, ...]]:
+) -> tuple[slice, slice, tuple[Remark, ...]]:
     """Frames of the test and of the reference to compare, and what to say of them."""
     if not abs(test.rate - reference.rate) <= SAME_RATE_SHARE * reference.rate:
         raise HandcleanError(
@@ -103,17 +104,18 @@ def _overlap(
             f"comparison: frames {_frames_of(test)} of the test and "
             f"{_frames_of(reference)} of the reference do not overlap"
         )
-    words: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
     if _frames_of(test) != _frames_of(reference):
-        words = (
+        text = (
             f"the test has frames {_frames_of(test)}, the reference "
-            f"{_frames_of(reference)}: compared where they overlap",
+            f"{_frames_of(reference)}: compared where they overlap"
         )
+        remarks = (remark("not-compared", text, frames=(first, last - 1)),)
     if most > 0:
         last = min(last, first + most)
     here, there = first - test.first_frame, first - reference.first_frame
     size = last - first
-    return slice(here, here + size), slice(there, there + size), words
+    return slice(here, here + size), slice(there, there + size), remarks
 
 
 def _frames_of(recording: Recording) -> str:

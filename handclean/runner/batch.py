@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, Self
 
+from handclean.remarks import Remark
+
 
 class Given(Protocol):
     """What is said of an input that only the steps understand; never changed."""
@@ -160,6 +162,11 @@ class Task:
     token: str = ""
     reduces: bool = False
 
+    @property
+    def about(self) -> Path | None:
+        """The file that what is said of the task need not name: its only input."""
+        return self.sources[0].path if len(self.sources) == 1 else None
+
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
@@ -170,7 +177,8 @@ class Report:
     status : "done", "skipped" or "failed".
     line, details : what was done, in a few words, and at length.
     figures : plain JSON values.
-    warnings : what its owner should know, one line each.
+    remarks : what its owner should know.
+    about : the file that its texts need not name, the only one of the task.
     error : one line, when failed.
     differs : whether a comparison found a difference, when done.
     exit_status : of that failure: 1, or 2 for wrong usage.
@@ -182,9 +190,15 @@ class Report:
     line: str = ""
     details: str = ""
     figures: Mapping[str, Any] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+    about: Path | None = None
     error: str = ""
     differs: bool = False
     exit_status: int = 1
     seconds: float = 0.0
     trace: str = ""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Texts of the remarks, each with its file unless that is what it is about."""
+        return tuple(one.said(self.about) for one in self.remarks)

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, TextIO
 
-from handclean.runner import terminal
+from handclean.runner import provenance, terminal
 from handclean.runner.batch import Batch, Report, Task
 
 
@@ -109,6 +109,7 @@ def _object(task: Task, report: Report) -> dict[str, Any]:
         "error": report.error or None,
         "seconds": report.seconds,
         "warnings": list(report.warnings),
+        "remarks": [provenance.plain(one.as_json()) for one in report.remarks],
         **report.figures,
     }
 

@@ -13,7 +13,7 @@ from typing import Any
 import threadpoolctl
 
 from handclean.errors import TAKE, FileError, HandcleanError, TakeNumber
-from handclean.remarks import texts
+from handclean.remarks import Remark
 from handclean.runner import (
     conditions,
     interrupts,
@@ -43,9 +43,9 @@ def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
     with noted.collected() as odd:
         report = _attempt(work, task, notice)
     if report.status == "failed":
-        only = task.sources[0].path if len(task.sources) == 1 else None
-        report = replace(report, warnings=noted.told(odd, only))
-    return replace(report, seconds=round(time.perf_counter() - started, 3))
+        report = replace(report, remarks=noted.all_of(odd))
+    seconds = round(time.perf_counter() - started, 3)
+    return replace(report, about=task.about, seconds=seconds)
 
 
 def _attempt(work: Work, task: Task, notice: Notice) -> Report:
@@ -129,7 +129,7 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
             status="skipped",
             line=made.get("line", ""),
             figures=made.get("figures", {}),
-            warnings=tuple(made.get("warnings", ())),
+            remarks=provenance.remarks_of(made, task),
         )
     target = task.outputs[0].suffix.lower()
     sources = tuple(
@@ -137,7 +137,7 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
         for source in task.sources
     )
     outcome = _outcome(work, replace(task, sources=sources), notice)
-    entry = provenance.finished(begun, outcome)
+    entry = provenance.finished(begun, outcome, task.about)
     lost, stood = outputs.write(task, outcome, entry, work.command, states)
     return _done(entry["figures"], outcome, (*lost, *stood))
 
@@ -168,14 +168,14 @@ def _expect_file(path: Path, usual: Sequence[str]) -> None:
 
 
 def _done(
-    figures: dict[str, Any], outcome: Outcome, lost: tuple[str, ...] = ()
+    figures: dict[str, Any], outcome: Outcome, lost: tuple[Remark, ...] = ()
 ) -> Report:
     return Report(
         status="done",
         line=outcome.line,
         details=outcome.details,
         figures=figures,
-        warnings=(*outcome.warnings, *lost),
+        remarks=(*outcome.remarks, *lost),
         differs=outcome.differs,
     )
 
@@ -191,8 +191,9 @@ def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
             try:
                 outcome = step(given, work.settings)
             finally:
-                noted.note(None, texts(broken))
-    outcome = replace(outcome, warnings=(*texts(broken), *outcome.warnings))
+                noted.note(None, broken)
+    told = dict.fromkeys((*broken, *outcome.remarks))
+    outcome = replace(outcome, remarks=tuple(told))
     unknown = [n for n in outcome.figures if not conditions.is_known(n, module.FIGURES)]
     assert not unknown, f"figures without a meaning: {unknown}"
     assert len(outcome.writers) == len(task.outputs), "a writer for each output"

@@ -64,7 +64,7 @@ def write(
         temporary.write_bytes(os.fsencode(text))
         kept = ""
         if path.exists() and not _is_list(path, batch):
-            kept = f"--failed: {outputs.keep(place, path)}"
+            kept = f"--failed: {outputs.keep(place, path).text}"
         os.replace(temporary, place)
     except OSError as error:
         with suppress(OSError):

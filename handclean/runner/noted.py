@@ -1,6 +1,6 @@
-"""What was odd about the takes that a task read, for its report should it fail.
+"""Remarks on the takes that a task read, for its report should it fail.
 
-A step that is done hands back warnings of its own. One that fails hands back nothing:
+A step that is done hands back remarks of its own. One that fails hands back nothing:
 hence what its reader found is noted here as the take is read.
 """
 
@@ -9,8 +9,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-Noted = dict[Path | None, tuple[str, ...]]
-"""Lines by the file they are about; None where they name it themselves."""
+from handclean.remarks import Remark
+
+Noted = dict[Path | None, tuple[Remark, ...]]
+"""Remarks by the file that was read; None for those on several files."""
 
 _NOTED: ContextVar[Noted | None] = ContextVar("noted", default=None)
 
@@ -26,17 +28,13 @@ def collected() -> Iterator[Noted]:
         _NOTED.reset(token)
 
 
-def note(path: Path | None, lines: Sequence[str]) -> None:
-    """Note what is odd about a file; a file that is read again has the later lines."""
+def note(path: Path | None, remarks: Sequence[Remark]) -> None:
+    """Note remarks on a file; a file that is read again has the later ones."""
     noted = _NOTED.get()
-    if noted is not None and lines:
-        noted[path] = tuple(lines)
+    if noted is not None and remarks:
+        noted[path] = tuple(remarks)
 
 
-def told(noted: Noted, only: Path | None) -> tuple[str, ...]:
-    """Return all lines that were noted, each by its file but those of ``only``."""
-    return tuple(
-        line if path in (None, only) else f"{path}: {line}"
-        for path, lines in noted.items()
-        for line in lines
-    )
+def all_of(noted: Noted) -> tuple[Remark, ...]:
+    """Return all remarks that were noted, each once."""
+    return tuple(dict.fromkeys(one for some in noted.values() for one in some))

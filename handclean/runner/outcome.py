@@ -13,12 +13,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from handclean.remarks import Remark
+
 Entry = Mapping[str, Any]
 """One entry of a provenance: plain JSON values."""
 
-Writer = Callable[[Path, tuple[Entry, ...]], tuple[str, ...] | None]
+Writer = Callable[[Path, tuple[Entry, ...]], tuple[Remark, ...] | None]
 """Writes one output to a path of the right suffix, with its provenance inside it where
-the format has a place for that (HDF5); may say what the format could not hold."""
+the format has a place for that (HDF5); may remark on what the format could not
+hold."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +34,7 @@ class Outcome:
     details : the same at length, for people, on lines of their own.
     figures : plain values by name; the same input gives the same figures, so how
         long it took is none of them.
-    warnings : what the owner of the input should know, one line each.
+    remarks : what the owner of the input should know.
     writers : one for each output of the task.
     differs : whether the step compared and found a difference, which the exit status
         tells (1), though nothing failed.
@@ -41,7 +44,7 @@ class Outcome:
     line: str
     details: str = ""
     figures: Mapping[str, Any] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
     writers: tuple[Writer, ...] = ()
     differs: bool = False
     history: tuple[Entry, ...] = ()

@@ -17,6 +17,7 @@ from enum import Enum
 from pathlib import Path
 
 from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.remarks import Remark, remark
 from handclean.runner import provenance, records, staging
 from handclean.runner.batch import Task
 from handclean.runner.command import Command, Work
@@ -172,7 +173,7 @@ def write(
     entry: Entry,
     command: Command,
     states: Mapping[Path, State] | None = None,
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
+) -> tuple[tuple[Remark, ...], tuple[Remark, ...]]:
     """Write every output of a task and put it in its place.
 
     Parameters
@@ -182,8 +183,7 @@ def write(
 
     Returns
     -------
-    what the formats could not hold, and what was kept of what stood there, one line
-    each
+    what the formats could not hold, and what was kept of what stood there
 
     Raises
     ------
@@ -194,8 +194,8 @@ def write(
     """
     places = [Path(os.path.realpath(output)) for output in task.outputs]
     staged: dict[Path, Path] = {}
-    warnings: list[str] = []
-    kept: list[str] = []
+    lost: list[Remark] = []
+    kept: list[Remark] = []
     try:
         for number, output in enumerate(task.outputs):
             place = places[number]
@@ -203,15 +203,15 @@ def write(
             staged[temporary] = place
             with _naming(output, temporary):
                 history = (*outcome.history, entry)
-                warned = outcome.writers[number](temporary, history) or ()
+                told = outcome.writers[number](temporary, history) or ()
                 _flush(temporary)
                 if _is_there(output):
                     kind = command.formats.kind
                     _expect_kind(kind(place), kind(temporary), output)
                 if command.records.beside(place):
-                    told = (*outcome.history, _warned(entry, warned))
-                    _stage_record(staged, temporary, told)
-            warnings += warned
+                    whole = provenance.with_remarks(entry, told, task.about)
+                    _stage_record(staged, temporary, (*outcome.history, whole))
+            lost += told
         with held_back():
             for output, place in zip(task.outputs, places, strict=True):
                 with _naming(output):
@@ -223,7 +223,7 @@ def write(
                     kept += _commit(staged, place, output, command.records)
             for folder in {place.parent for place in places}:
                 _flush(folder)
-        return tuple(warnings), tuple(kept)
+        return tuple(lost), tuple(kept)
     finally:
         for temporary in staged:
             with suppress(OSError):
@@ -239,12 +239,6 @@ def _stage_record(
     staged[beside], staged[temporary] = records.sidecar(place), place
     records.write_sidecar(beside, temporary, history)
     _flush(beside)
-
-
-def _warned(entry: Entry, warnings: Sequence[str]) -> Entry:
-    if not warnings:
-        return entry
-    return {**entry, "warnings": [*entry["warnings"], *warnings]}
 
 
 @contextmanager
@@ -275,8 +269,8 @@ def _expect_nothing(place: Path, output: Path, known: Records) -> None:
 
 def _commit(
     staged: Mapping[Path, Path], place: Path, output: Path, known: Records
-) -> list[str]:
-    """Put an output and its record in their places; say what was kept."""
+) -> list[Remark]:
+    """Put an output and its record in their places; remark on what was kept."""
     sources = {target: temporary for temporary, target in staged.items()}
     parts = (*known.beside(place), place)
     kept = [keep(part, output) for part in parts if _is_foreign(part, place, known)]
@@ -296,8 +290,8 @@ def _is_foreign(part: Path, place: Path, known: Records) -> bool:
     return not known.of(part) or known.intact(part) is False
 
 
-def keep(place: Path, output: Path) -> str:
-    """Keep a file that will be replaced as ``NAME~``, or ``NAME~2`` ...; say so.
+def keep(place: Path, output: Path) -> Remark:
+    """Keep a file that will be replaced as ``NAME~``, or ``NAME~2`` ...; remark on it.
 
     Parameters
     ----------
@@ -325,7 +319,8 @@ def keep(place: Path, output: Path) -> str:
                 continue
             os.rename(place, other)
         break
-    return f"the {called} that stood there is kept as {other.name}"
+    text = f"the {called} that stood there is kept as {other.name}"
+    return remark("replaced", text, kept=other.name)
 
 
 def _flush(path: Path) -> None:

@@ -7,8 +7,8 @@ that stands is the affair of `records`.
 import hashlib
 import math
 import os
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any
 
 from handclean import __version__
 from handclean.errors import UsageError
+from handclean.remarks import Remark, from_json, remark
 from handclean.runner.batch import Source, Task
 from handclean.runner.command import Work
 from handclean.runner.outcome import Entry, Outcome
@@ -82,15 +83,61 @@ def _name(path: Path) -> str:
     return os.fsencode(path.name).decode("utf-8", "replace")
 
 
-def finished(begun: Entry, outcome: Outcome) -> dict[str, Any]:
-    """Complete a record with what came out, and when."""
-    return {
+def finished(
+    begun: Entry, outcome: Outcome, about: Path | None = None
+) -> dict[str, Any]:
+    """Complete a record with what came out, and when.
+
+    Parameters
+    ----------
+    about : the file that the texts of remarks need not name.
+    """
+    done = {
         **begun,
         "made": made_at(),
         "line": outcome.line,
         "figures": plain(outcome.figures),
-        "warnings": list(outcome.warnings),
+        "warnings": [],
+        "remarks": [],
     }
+    return with_remarks(done, outcome.remarks, about)
+
+
+def with_remarks(
+    entry: Entry, remarks: Sequence[Remark], about: Path | None
+) -> dict[str, Any]:
+    """Return a record with more remarks, and their texts as ``warnings``.
+
+    Files stand in it without their folders, as the inputs do.
+    """
+    told = [one.said(about) for one in remarks]
+    whole = [plain(one.as_json()) for one in remarks]
+    for one, values in zip(remarks, whole, strict=True):
+        if one.where.file is not None:
+            values["where"]["file"] = _name(one.where.file)
+    return {
+        **entry,
+        "warnings": [*entry["warnings"], *told],
+        "remarks": [*entry["remarks"], *whole],
+    }
+
+
+def remarks_of(entry: Entry, task: Task) -> tuple[Remark, ...]:
+    """Return the remarks that a task's record has; of an older one, its texts."""
+    read = {
+        _name(path): path for source in task.sources for path in source.reads.values()
+    }
+    try:
+        if "remarks" not in entry:
+            return tuple(remark("note", str(text)) for text in entry["warnings"])
+        found = tuple(map(from_json, entry["remarks"]))
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return ()
+    files = [read.get(str(one.where.file), one.where.file) for one in found]
+    return tuple(
+        replace(one, where=replace(one.where, file=file))
+        for one, file in zip(found, files, strict=True)
+    )
 
 
 def same(one: Entry, other: Entry) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.hand.model import Model
+from handclean.remarks import Remark, remark
 from handclean.subject.frames import LEAST_FRAMES, Frames
 
 DIFFERENT_RMS_M = 0.0015
@@ -24,7 +25,7 @@ DIFFERENT_SPREADS = 2.0
 """And how many times more than the distances vary within takes."""
 
 
-def words_on_takes(model: Model, frames: Frames) -> list[str]:
+def remarks_on_takes(model: Model, frames: Frames) -> list[Remark]:
     """Say which takes are of another hand, or of other markers, than the first.
 
     Parameters
@@ -42,7 +43,8 @@ def words_on_takes(model: Model, frames: Frames) -> list[str]:
     if not len(pairs) or len(frames.rates) < 2:
         return []
     found = [_distances(frames, take, pairs) for take in range(len(frames.rates))]
-    first, words = found[0], []
+    first = found[0]
+    remarks: list[Remark] = []
     for take, other in enumerate(found[1:], 1):
         away = other[0] - first[0]
         both = np.isfinite(away)
@@ -54,14 +56,22 @@ def words_on_takes(model: Model, frames: Frames) -> list[str]:
             continue
         worst = int(np.nanargmax(np.abs(away)))
         a, b = (model.labels[m] for m in pairs[worst])
-        words.append(
-            f"take {take + 1} is hardly of the hand of take 1, or its markers were "
-            f"moved: distances of markers on the same bone differ by {1e3 * rms:.1f} mm"
-            f" RMS; {a} and {b} are {1e3 * first[0][worst]:.1f} mm apart in take 1, "
-            f"{1e3 * other[0][worst]:.1f} mm in take {take + 1}; give takes of one "
-            "hand, between which no marker was moved"
+        name, other_name = frames.called(0), frames.called(take)
+        remarks.append(
+            remark(
+                "fit",
+                f"{other_name} is hardly of the hand of {name}, or its markers were "
+                f"moved: distances of markers on the same bone differ by "
+                f"{1e3 * rms:.1f} mm RMS; {a} and {b} are "
+                f"{1e3 * first[0][worst]:.1f} mm apart in {name}, "
+                f"{1e3 * other[0][worst]:.1f} mm in {other_name}; give takes of one "
+                "hand, between which no marker was moved",
+                take=other_name,
+                rms_m=rms,
+                markers=[a, b],
+            )
         )
-    return words
+    return remarks
 
 
 def _distances(frames: Frames, take: int, pairs: Ints) -> tuple[Floats, Floats]:

@@ -22,9 +22,10 @@ from handclean.hand.model import Model, marker_positions, neutral_pose
 from handclean.hand.subject import Subject
 from handclean.hand.template import template
 from handclean.recording import Recording
+from handclean.remarks import Remark
 from handclean.subject import findings, judge
 from handclean.subject.adjust import Adjusted, Known, Problem, adjust, residuals
-from handclean.subject.alike import words_on_takes
+from handclean.subject.alike import remarks_on_takes
 from handclean.subject.findings import CalibrationReport
 from handclean.subject.frames import (
     LEAST_FRAMES,
@@ -76,6 +77,7 @@ def calibrate(
     side: str = "",
     name: str = "",
     known: Model | None = None,
+    names: Sequence[str] = (),
 ) -> tuple[Subject, CalibrationReport]:
     """Find the bone lengths, joint places, axes and marker places of one hand.
 
@@ -87,10 +89,11 @@ def calibrate(
     name : whose hand it is.
     known : what is known of this hand and its markers, such as from a scan; it is then
         expected instead of a template, and closely.
+    names : what remarks call the takes; "take 1", "take 2" when not given.
 
     Returns
     -------
-    The subject, and figures and words on how good it is.
+    The subject, and figures and remarks on how good it is.
 
     Raises
     ------
@@ -109,7 +112,7 @@ def calibrate(
         raise UsageError(
             f"marker set {marker_set.name}: {what}; a hand, left or right, is needed"
         )
-    every = gather(takes, marker_set.labels)
+    every = gather(takes, marker_set.labels, names)
     frames = usable(every)
     first = guess(marker_set, frames.only(thinned(frames, GUESS_FRAMES)), side)
     tree = template(side, forearm=marker_set.forearm, subject=name)
@@ -129,17 +132,17 @@ def calibrate(
     )
     if aside.any():
         learned = task.learn(frames, learned.adjusted.shape)
-    words = [
-        *words_on_takes(task.template, every),
-        *findings.words_on_markers(
+    remarks = [
+        *remarks_on_takes(task.template, every),
+        *findings.remarks_on_markers(
             marker_set.labels, every, learned.candidates, learned.fit
         ),
-        *findings.words_on_equations(frames, tree),
-        *findings.words_on_noise(task.camera_m),
-        *findings.words_on_side(side, first.clear),
+        *findings.remarks_on_equations(frames, tree),
+        *findings.remarks_on_noise(task.camera_m),
+        *findings.remarks_on_side(side, first.clear),
     ]
     counts = {"frames": len(every), "frames_usable": len(frames)}
-    report = task.report(learned, heldout, counts, words)
+    report = task.report(learned, heldout, counts, remarks)
     return _subject(learned, marker_set, report, name), report
 
 
@@ -275,14 +278,14 @@ class _Task:
         learned: _Learned,
         heldout: HeldOut,
         counts: dict[str, int],
-        words: list[str],
+        remarks: list[Remark],
     ) -> CalibrationReport:
-        """Put figures and words together."""
+        """Put figures and remarks together."""
         adjusted, problem = learned.adjusted, learned.problem
         model = adjusted.shape.model
         went, hinges = learned.went, model.tree.hinges
         still = judge.unmoved(went, self.settings.moved_rad)
-        more = findings.words_on_joints(hinges, went, still, learned.left)
+        more = findings.remarks_on_joints(hinges, went, still, learned.left)
         found, sigma = judge.lengths(adjusted)
         train = residuals(model, adjusted.poses, problem.targets, problem.seen)
         by_marker = zip(model.labels, heldout.by_marker_m.tolist(), strict=True)
@@ -306,7 +309,7 @@ class _Task:
             moved_rad=dict(zip(hinges, moved.tolist(), strict=True)),
             poorly_moved=tuple(hinges[d] for d in np.flatnonzero(still)),
             iterations=learned.iterations,
-            warnings=(*more, *words),
+            remarks=(*more, *remarks),
         )
 
 

@@ -1,4 +1,4 @@
-"""What a calibration found, as figures and as plain words."""
+"""What a calibration found, as figures and as remarks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from handclean.arrays import Bools, Floats
+from handclean.remarks import Remark, remark
 from handclean.subject.frames import LEAST_FRAMES, Frames
 from handclean.subject.judge import Fit
 from handclean.tree import ROOT_DOFS, JointTree
@@ -16,7 +17,7 @@ NOISY_M = 0.001
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationReport:
-    """Figures and plain words about a calibration.
+    """Figures of a calibration, and remarks on it.
 
     Attributes
     ----------
@@ -36,7 +37,7 @@ class CalibrationReport:
     moved_rad : [rad] by hinge: its range; 0 if hardly a marker beyond it was measured.
     poorly_moved : hinges that moved too little.
     iterations : steps of the last adjustments.
-    warnings : plain sentences.
+    remarks : what its owner should know.
     """
 
     side: str
@@ -57,12 +58,12 @@ class CalibrationReport:
     moved_rad: Mapping[str, float]
     poorly_moved: tuple[str, ...]
     iterations: int
-    warnings: tuple[str, ...] = field(default=())
+    remarks: tuple[Remark, ...] = field(default=())
 
 
-def words_on_joints(
+def remarks_on_joints(
     hinges: tuple[str, ...], went: Floats, still: Bools, left: Bools
-) -> list[str]:
+) -> list[Remark]:
     """Say which joints moved too little.
 
     Parameters
@@ -70,72 +71,94 @@ def words_on_joints(
     went : (D, 2) [rad] from where to where, NaN where hardly a marker shows it.
     still : (D,) which moved too little; left : (D,) whose axes were left alone.
     """
-    words = []
+    found: list[Remark] = []
     for d in np.flatnonzero(still):
         verb = "are" if left[d] else "lean on"
         if np.isfinite(went[d]).all():
             degrees = f"{np.degrees(went[d, 1] - went[d, 0]):.0f} degrees"
-            what = f"{hinges[d]} moved only {degrees}"
+            kind, what = "few", f"{hinges[d]} moved only {degrees}"
         else:
+            kind = "unobserved"
             what = (
                 f"{hinges[d]}: no marker beyond it was measured in {LEAST_FRAMES} "
                 "frames or more"
             )
-        words.append(f"{what}: its axis and place {verb} the template's")
-    return words
+        found.append(
+            remark(
+                kind,
+                f"{what}: its axis and place {verb} the template's",
+                joint=hinges[d],
+            )
+        )
+    return found
 
 
-def words_on_markers(
+def remarks_on_markers(
     labels: tuple[str, ...], every: Frames, looked_at: Frames, fit: Fit
-) -> list[str]:
+) -> list[Remark]:
     """Say which markers were never measured, and which labels are doubtful.
 
     Parameters
     ----------
     every : all frames of the takes; looked_at : those that ``fit`` is of.
     """
-    words = []
+    found: list[Remark] = []
     for m, label in enumerate(labels):
         if not every.seen[:, m].any():
-            words.append(f"{label} was never measured: its place is the template's")
+            found.append(
+                remark(
+                    "unseen",
+                    f"{label} was never measured: its place is the template's",
+                    marker=label,
+                )
+            )
         odd = np.flatnonzero(fit.doubtful[:, m])
         if len(odd):
             take, frame = looked_at.take[odd[0]], looked_at.frame[odd[0]]
-            where = every.numberings[take].words(frame, frame + 1) + (
-                f" of take {take + 1}" if len(every.rates) > 1 else ""
+            first, name = every.numberings[take].of(frame), every.called(take)
+            where = f"frame {first}" + (f" of {name}" if len(every.rates) > 1 else "")
+            found.append(
+                remark(
+                    "fit",
+                    f"{label} does not fit the other markers in {len(odd)} of "
+                    f"{len(looked_at)} frames looked at, first in {where}: are it and "
+                    "its neighbours labelled right?",
+                    frames=(first, first),
+                    marker=label,
+                    count=len(odd),
+                    take=name,
+                )
             )
-            words.append(
-                f"{label} does not fit the other markers in {len(odd)} of "
-                f"{len(looked_at)} frames looked at, first in {where}: are it and its "
-                "neighbours labelled right?"
-            )
-    return words
+    return found
 
 
-def words_on_equations(frames: Frames, tree: JointTree) -> list[str]:
+def remarks_on_equations(frames: Frames, tree: JointTree) -> list[Remark]:
     """Say when there are too few markers to decide a posture."""
     numbers = ROOT_DOFS + len(tree.hinges)
     measured = float(np.median(frames.seen.sum(axis=1)))
     if 3 * measured >= numbers:
         return []
-    return [
+    text = (
         f"{measured:.0f} markers cannot decide the {numbers} numbers of a pose: "
         "lengths and places lean on the template's"
-    ]
+    )
+    return [remark("few", text, markers=measured, numbers=numbers)]
 
 
-def words_on_noise(camera_m: float) -> list[str]:
+def remarks_on_noise(camera_m: float) -> list[Remark]:
     """Say when noise is so large that it makes fingers long (see ``adjust``)."""
     if camera_m < NOISY_M:
         return []
-    return [
+    text = (
         f"markers are noisy ({1e3 * camera_m:.1f} mm each way): fingers come out a "
         "little long, by more than their standard deviations say"
-    ]
+    )
+    return [remark("implausible", text, noise_m=camera_m)]
 
 
-def words_on_side(side: str, clear: bool) -> list[str]:
+def remarks_on_side(side: str, clear: bool) -> list[Remark]:
     """Say when markers do not tell a left hand from a right one."""
     if clear:
         return []
-    return [f"the other hand would fit about as well: make sure it is a {side} one"]
+    text = f"the other hand would fit about as well: make sure it is a {side} one"
+    return [remark("subject", text, side=side)]

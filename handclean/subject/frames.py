@@ -37,7 +37,8 @@ class Frames:
     targets : (T, M, 3) [m], 0 where nothing was measured.
     seen : (T, M) what was measured.
     take : (T,) which take a frame is from; frame : (T,) its row there, from 0.
-    rates : [Hz] of each take; numberings : how its source numbers its frames.
+    rates : [Hz] of each take; numberings : how its source numbers its frames;
+        names : what remarks call the takes; "take 1", "take 2" where there are none.
     """
 
     targets: Floats
@@ -46,9 +47,14 @@ class Frames:
     frame: Ints
     rates: tuple[float, ...]
     numberings: tuple[Numbering, ...]
+    names: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.take)
+
+    def called(self, take: int) -> str:
+        """Return what remarks call a take."""
+        return self.names[take] if self.names else f"take {take + 1}"
 
     def only(self, rows: Ints | Bools) -> "Frames":
         """Return some of the frames, in their order."""
@@ -59,11 +65,18 @@ class Frames:
             frame=self.frame[rows],
             rates=self.rates,
             numberings=self.numberings,
+            names=self.names,
         )
 
 
-def gather(takes: Sequence[Recording], labels: Sequence[str]) -> Frames:
+def gather(
+    takes: Sequence[Recording], labels: Sequence[str], names: Sequence[str] = ()
+) -> Frames:
     """Collect what was measured of the markers of a hand.
+
+    Parameters
+    ----------
+    names : what remarks call the takes.
 
     Raises
     ------
@@ -98,6 +111,7 @@ def gather(takes: Sequence[Recording], labels: Sequence[str]) -> Frames:
         frame=np.concatenate(frame),
         rates=tuple(recording.rate for recording in takes),
         numberings=tuple(recording.numbering for recording in takes),
+        names=tuple(names),
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from told import texts
 
 from handclean.api import names
 from handclean.errors import HandcleanError
@@ -45,7 +46,7 @@ def wearing(*labels):
     ],
 )
 def test_a_misspelt_marker_is_named_with_what_the_take_has(name, other):
-    said = names.remarks(take(("A", other)), wearing(name, "A"))
+    said = texts(names.misspelt(take(("A", other)), wearing(name, "A")))
     assert said == (
         f"marker '{name}' of the subject is not in the take; the take has '{other}'",
     )
@@ -64,17 +65,17 @@ def test_a_misspelt_marker_is_named_with_what_the_take_has(name, other):
     ],
 )
 def test_another_marker_is_no_misspelling(name, other):
-    assert names.remarks(take(("A", other)), wearing(name, "A")) == ()
+    assert names.misspelt(take(("A", other)), wearing(name, "A")) == ()
 
 
 def test_a_label_that_is_another_marker_of_the_subject_is_no_misspelling():
-    assert names.remarks(take(("INDEX_TIP",)), wearing("INDEX_TIP", "INDEXTIP")) == ()
+    assert names.misspelt(take(("INDEX_TIP",)), wearing("INDEX_TIP", "INDEXTIP")) == ()
 
 
 @given(name=st.sampled_from(shipped()), gone=st.integers(0, 4))
 def test_a_take_whose_labels_are_right_has_no_misspelling(name, gone):
     labels = SETS[name]
-    assert names.remarks(take(labels[gone:]), wearing(*labels[:9])) == ()
+    assert names.misspelt(take(labels[gone:]), wearing(*labels[:9])) == ()
 
 
 @pytest.mark.parametrize("name", shipped())
@@ -98,7 +99,7 @@ def test_one_misspelt_marker_of_a_set_is_named_with_what_the_take_has():
 
 
 def test_a_set_that_leaves_markers_of_a_larger_one_unused_is_told():
-    (said,) = names.larger_set(SETS["maycock26"], "schroeder6")
+    (said,) = texts(names.larger_set(SETS["maycock26"], "schroeder6"))
     assert said.startswith("the take has all 26 markers of maycock26, 20 more ")
     assert names.larger_set(SETS["maycock26"], "maycock26") == ()
     assert names.larger_set(SETS["maycock26"][1:], "maycock26") == ()
@@ -129,7 +130,7 @@ def test_prefix_and_case_do_not_count_where_names_stay_apart(name, other):
     changed = sum(a != b for a, b in zip(has, labels, strict=True))
     assert len(told) == bool(changed)
     if changed:
-        assert f"{changed} markers are known without prefix and case" in told[0]
+        assert f"{changed} markers are known without prefix and case" in told[0].text
 
 
 def test_a_take_whose_names_are_the_hand_s_is_left_as_it_is():
@@ -153,4 +154,4 @@ def test_of_two_people_one_is_taken_whose_names_are_bare():
     given = take(("Bob:A", "A", "Bob:B", "Bob:C"))
     found, (told,) = names.matched(given, ("A", "B", "C"))
     assert found.markers.labels == ("Bob:A", "A", "B", "C")
-    assert "2 markers are known" in told
+    assert "2 markers are known" in told.text

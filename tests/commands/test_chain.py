@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from takes import take_batch, take_source
+from told import texts
 
 from handclean.api.label import lost, renamed
 from handclean.commands import simulate
@@ -213,7 +214,7 @@ def test_without_a_subject_the_template_wears_the_markers_and_it_is_said(
     task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
     settings = Solving(solve=SolveConfig(), standard=False)
     report = done("solve", settings, task)
-    assert any("nobody calibrated" in warning for warning in report.warnings)
+    assert any("nobody calibrated" in warning for warning in texts(report.remarks))
 
 
 @pytest.mark.parametrize(
@@ -321,7 +322,7 @@ def test_a_take_without_the_hand_fails_and_one_with_little_of_it_is_warned_of(
         followed, frames = report.figures["followed"], report.figures["frames"]
         assert 0 < followed < frames / 2
         assert f"{followed} of {frames} frames only" in report.line
-        assert any(f"{followed} of {frames} frames" in w for w in report.warnings)
+        assert any(f"{followed} of {frames} frames" in w for w in texts(report.remarks))
 
 
 def test_a_take_that_was_followed_in_few_frames_is_warned_of():
@@ -353,7 +354,7 @@ def test_a_misspelt_marker_is_warned_of(simulated, tmp_path, command, settings):
     )
     task = Task(sources=(source,), outputs=(tmp_path / "a.h5",), token="t")
     said = "marker 'R_INDEX_TIP' of the subject is not in the take; "
-    warnings = done(command, settings, task).warnings
+    warnings = texts(done(command, settings, task).remarks)
     assert warnings[0] == said + "the take has 'R_INDX_TIP'"
     assert warnings[1:] == (
         "right: no marker beyond index_dip_flexion in 100 % of frames: its angles are "

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from takes import take_source
+from told import texts
 
 from handclean.commands.compare import FIGURES, compare
 from handclean.errors import UsageError
@@ -42,7 +43,7 @@ def compared(paths, **given):
 def test_unit_and_rate_are_those_of_the_file_that_says_none(pair, turned):
     done = compared(pair[::-1] if turned else pair, unit="mm", rate_hz=120.0)
     assert done.figures["measured_max_mm"] < 1e-5
-    assert done.warnings == ()
+    assert texts(done.remarks) == ()
 
 
 def test_a_unit_that_is_missing_is_still_asked_for(pair):
@@ -53,11 +54,12 @@ def test_a_unit_that_is_missing_is_still_asked_for(pair):
 def test_a_rate_that_no_file_needs_and_all_contradict_is_refused(pair):
     with pytest.raises(UsageError, match=r"contradicts|says|--"):
         compared((pair[1], pair[1]), rate_hz=121.0)
-    assert compared((pair[1], pair[1]), unit="m", rate_hz=120.0).warnings == ()
+    assert texts(compared((pair[1], pair[1]), unit="m", rate_hz=120.0).remarks) == ()
 
 
 def test_a_unit_that_no_file_needs_and_all_contradict_is_taken(pair):
-    warned = compared((pair[1], pair[1]), unit="mm").warnings
+    told = compared((pair[1], pair[1]), unit="mm").remarks
+    warned = [one.said() for one in told]
     taken = f"{pair[1]}: --unit mm is taken, though the file says m"
     assert warned.count(taken) == 2
 

@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from takes import take_source
+from told import texts
 
 from handclean.commands import simulate
 from handclean.commands.shared.choices import Cleaning, Filling, Simulating, Solving
@@ -131,7 +132,7 @@ def test_a_doubtful_stretch_is_named_by_its_numbers(folder, subject):
     report = run(
         "solve", settings, folder / "moved.h5", output=output, subjects=subject
     )
-    (told,) = [words for words in report.warnings if "R_INDEX_TIP" in words]
+    (told,) = [words for words in texts(report.remarks) if "R_INDEX_TIP" in words]
     numbers = told.split("frames from ")[1].split(",")[0].split(" to ")
     first, last = map(int, numbers)
     assert FIRST + 100 <= first < last < FIRST + 130

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from takes import take_source
+from told import texts
 
 from handclean.commands import simulate as simulating
 from handclean.commands.shared import glove_files
@@ -339,8 +340,8 @@ def test_what_is_wrong_late_in_a_stream_is_told_and_not_trusted(folder, calibrat
     report = apply(
         folder / "late.h5", path, calibration, replace(APPLYING, apply=chosen)
     )
-    assert any("M_PIP saturated in 25 %" in text for text in report.warnings)
-    assert any("I_MCP" in t and "far outside" in t for t in report.warnings)
+    assert any("M_PIP saturated in 25 %" in text for text in texts(report.remarks))
+    assert any("I_MCP" in t and "far outside" in t for t in texts(report.remarks))
     trusted = files.read(folder / "late.h5").motions["right"].trusted
     assert trusted[:590].mean() > 0.9
     assert not trusted[600:].any()
@@ -351,7 +352,7 @@ def test_two_poses_are_told_to_be_few(folder, samples):
     settings = GloveFitting(fit=QUICK, jobs=1)
     report = run("calibrate-glove fit", settings, out, samples[0], samples[2])
     assert report.status == "done", report.error
-    assert any("is known at 2 angles" in text for text in report.warnings)
+    assert any("is known at 2 angles" in text for text in texts(report.remarks))
     floors = report.figures["floor_deg"]
     assert floors["index_pip_flexion"] > 8.0
 
@@ -379,12 +380,12 @@ def test_rotations_that_are_too_unsure_are_named(folder, calibration):
     strict = replace(APPLYING, apply=GloveApplyConfig(max_sigma_deg=0.5))
     report = apply(folder / "w.h5", folder / "w2_motion.csv", calibration, strict)
     assert report.figures["trusted"] == 0.0
-    told = next(text for text in report.warnings if "too unsure" in text)
+    told = next(text for text in texts(report.remarks) if "too unsure" in text)
     assert "wrist_flexion" in told
     assert "100 % of frames" in told
     loose = replace(APPLYING, apply=GloveApplyConfig(max_sigma_deg=90.0))
     report = apply(folder / "w.h5", folder / "w2_motion.csv", calibration, loose)
-    assert not any("too unsure" in text for text in report.warnings)
+    assert not any("too unsure" in text for text in texts(report.remarks))
 
 
 def test_smoothing_takes_noise_out_of_angles(folder, session, calibration):
@@ -511,14 +512,14 @@ def test_a_missing_sensor_and_a_wrong_count_are_refused(folder, calibration):
 def test_dead_blank_and_saturated_sensors_are_told(folder, calibration):
     path = broken(folder, "dead.csv", setting("M_PIP", "90"))
     report = apply(folder / "dead.h5", path, calibration)
-    assert any("M_PIP never changed" in text for text in report.warnings)
+    assert any("M_PIP never changed" in text for text in texts(report.remarks))
     path = broken(folder, "full.csv", setting("M_PIP", "255"))
     report = apply(folder / "full.h5", path, calibration)
-    assert any("M_PIP saturated in 100 %" in text for text in report.warnings)
+    assert any("M_PIP saturated in 100 %" in text for text in texts(report.remarks))
     assert report.figures["trusted"] == 0.0
     path = broken(folder, "blank.csv", setting("M_PIP", ""))
     report = apply(folder / "blank.h5", path, calibration)
-    assert any("M_PIP reads nothing" in text for text in report.warnings)
+    assert any("M_PIP reads nothing" in text for text in texts(report.remarks))
     motion = files.read(folder / "blank.h5").motions["right"]
     pip = motion.names.index("middle_pip_flexion")
     assert np.isnan(motion.angles[:, pip]).all()
@@ -529,7 +530,7 @@ def test_dead_blank_and_saturated_sensors_are_told(folder, calibration):
 def test_readings_far_from_the_samples_are_told(folder, calibration):
     path = broken(folder, "far.csv", setting("I_PIP", "254"))
     report = apply(folder / "far.h5", path, calibration)
-    assert any("I_PIP read far outside" in text for text in report.warnings)
+    assert any("I_PIP read far outside" in text for text in texts(report.remarks))
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from takes import take_source
+from told import texts
 
 from handclean.cli import main as frame
 from handclean.commands.inspect import inspect
-from handclean.commands.shared import glove_files, sessions
+from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import (
     GloveExamining,
     GloveFitting,
@@ -105,7 +106,7 @@ def test_a_pose_of_ones_own_is_sampled(folder):
     report = sample(folder, "pose-half-1", pose=f"{folder / 'poses.toml'}:mine")
     assert report.status == "done", report.error
     assert report.figures["rotations"] == ["index_mcp_flexion", "index_pip_flexion"]
-    assert report.warnings == ()
+    assert texts(report.remarks) == ()
 
 
 @pytest.mark.parametrize(
@@ -127,7 +128,7 @@ def test_a_pose_that_no_hand_takes_is_refused(folder, pose, says):
 def test_a_pose_a_little_beyond_its_range_is_told(folder):
     report = sample(folder, "pose-half-1", pose=f"{folder / 'poses.toml'}:beyond")
     assert report.status == "done", report.error
-    [told] = report.warnings
+    [told] = texts(report.remarks)
     assert "index_mcp_flexion is 98 degrees; its active range goes from -25" in told
 
 
@@ -148,16 +149,16 @@ def test_a_widget_that_no_hand_takes_or_no_sensor_feels_is_refused(folder, hold,
 def test_free_movement_is_no_pose(folder):
     report = sample(folder, "markers", pose="fist")
     assert report.status == "done", report.error
-    [told] = [text for text in report.warnings if "should be still" in text]
+    [told] = [text for text in texts(report.remarks) if "should be still" in text]
     assert "and 13 more" in told
     for pose in ("fist", "spread", "thumb-bend"):
         report = sample(folder, f"pose-{pose}-1", f"pose-{pose}-2", pose=pose)
-        assert report.warnings == ()
+        assert texts(report.remarks) == ()
 
 
 def test_the_one_sensor_that_moved_in_a_pose_is_named(folder):
     report = sample(folder, "free-I_PIP", pose="flat")
-    [told] = report.warnings
+    [told] = texts(report.remarks)
     assert "there moved I_PIP by" in told
     assert told.endswith("of 255; is all of it the pose?")
 
@@ -176,7 +177,7 @@ def glove(folder):
 
 def test_drift_is_told_in_degrees_where_the_ends_of_the_range_are_known(folder, glove):
     report = sample(folder, "free-I_PIP", pose="flat", files={"glove": glove})
-    [told] = report.warnings
+    [told] = texts(report.remarks)
     degrees = float(re.search(r"I_PIP by (\d+) degrees", told)[1])
     assert degrees == pytest.approx(100.0, abs=15.0)
 
@@ -184,10 +185,10 @@ def test_drift_is_told_in_degrees_where_the_ends_of_the_range_are_known(folder, 
 def test_fingers_that_did_not_touch_are_doubted(folder, glove):
     given = {"files": {"glove": glove}, "subjects": (folder / "S01.h5",)}
     touched = sample(folder, "touch-thumb-index", touch="thumb,index", **given)
-    assert touched.warnings == ()
+    assert texts(touched.remarks) == ()
     assert touched.figures["moved_deg"] < 12.0
     free = sample(folder, "markers", touch="thumb,index", **given)
-    [told] = free.warnings
+    [told] = texts(free.remarks)
     assert "degrees from touching: did thumb and index touch? --start" in told
 
 
@@ -252,9 +253,9 @@ def test_what_is_odd_about_the_take_with_the_markers_is_told(folder, session):
     given = {"files": {"markers": folder / "moved.bvh"}}
     report = sample(folder, "markers", **given)
     assert report.status == "done", report.error
-    source = take_source(path=folder / "moved.bvh")
-    (trap,) = sessions.traps(source, sessions.read(source))
-    assert report.warnings == (f"moved.bvh: {trap}",)
+    (odd,) = files.read(folder / "moved.bvh").remarks
+    assert report.remarks == (odd,)
+    assert report.warnings == (f"{folder / 'moved.bvh'}: {odd.text}",)
 
 
 def test_tips_that_do_not_meet_give_no_sample_and_say_so(folder, glove):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from takes import take_source
+from told import texts
 
 from handclean.api.solve import doubts
 from handclean.commands.fill_gaps import fill_gaps
@@ -36,8 +37,8 @@ def test_solving_in_a_wrong_unit_asks_for_the_unit(factor):
     if factor == 1.0:
         assert found == ()
     else:
-        assert f"{factor:.3g} times as far apart as this subject's" in found[0]
-        assert "is the unit right? (--unit)" in found[1]
+        assert f"{factor:.3g} times as far apart as this subject's" in found[0].text
+        assert "is the unit right? (--unit)" in found[1].text
 
 
 def filling(source):
@@ -85,7 +86,7 @@ def test_no_step_goes_on_where_no_frame_fits_for_the_unit(
     if says == "mm":  # as a C3D of ours does
         done = step(take_source(**given, unit=right))
         taken = f"--unit {right} is taken, though the file says mm"
-        assert [w for w in done.warnings if "--unit" in w] == [taken]
+        assert [w for w in texts(done.remarks) if "--unit" in w] == [taken]
     with pytest.raises(HandcleanError, match="no frame fits"):
         step(take_source(**given, unit={"mm": "m", "m": "cm", "cm": "m"}[right]))
 
@@ -149,9 +150,11 @@ def test_of_two_hands_the_one_that_is_never_seen_is_told(hand, tmp_path, step):
     told = (
         "left: none of the markers of 'other' is in sight in any frame: it has no pose"
     )
-    assert [w for w in step(take_source(**given)).warnings if "sight" in w] == [told]
+    assert [w for w in texts(step(take_source(**given)).remarks) if "sight" in w] == [
+        told
+    ]
 
 
 @pytest.mark.parametrize("step", [solving, filling])
 def test_a_hand_of_its_size_among_other_markers_is_taken_as_it_is(hand, step):
-    assert not [w for w in step(take_source(**hand(1.0))).warnings if "unit" in w]
+    assert not [w for w in texts(step(take_source(**hand(1.0))).remarks) if "unit" in w]

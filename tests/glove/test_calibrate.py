@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from linear_glove import GLOVE, QUICK, linear_samples, readings_of
+from told import texts
 
 from handclean.errors import HandcleanError
 from handclean.glove import calibrate as cal
@@ -113,8 +114,10 @@ def test_rotations_that_no_sample_tells_are_named(rng):
     targets[:, GLOVE.hand.index("little_pip_flexion")] = 0.1
     tasks, told = cal.fit_tasks(GLOVE, replace(one, targets=targets), LINE, 0)
     assert len(tasks) == 12
-    assert any("ring_pip_flexion is not calibrated: 0 samples" in text for text in told)
-    assert any("little_pip_flexion" in text and "5.73 degrees" in text for text in told)
+    assert any(
+        "ring_pip_flexion is not calibrated: 0 samples" in one.text for one in told
+    )
+    assert any("little_pip_flexion" in x and "5.73 degrees" in x for x in texts(told))
     with pytest.raises(HandcleanError, match="tell no rotation"):
         cal.fit_tasks(
             GLOVE, replace(one, targets=np.full_like(targets, np.nan)), LINE, 0

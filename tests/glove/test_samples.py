@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.errors import FileError, HandcleanError, UnknownNameError
 from handclean.glove import readings, samples
@@ -50,7 +51,7 @@ def test_dead_saturated_and_blank_sensors_are_named_in_a_line_each():
     values[:, 3] = 77.0
     values[10:20, 5] = 255.0
     values[4, 6] = np.nan
-    blank, stuck, still = readings.remarks(GLOVE, values)
+    blank, stuck, still = texts(readings.remarks(GLOVE, values))
     assert "1 frames" in blank
     assert GLOVE.sensors[6] in blank
     assert f"{GLOVE.sensors[5]} saturated in 10 %" in stuck

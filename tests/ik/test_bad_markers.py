@@ -9,7 +9,7 @@ from people import exercise, true_hand
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
-from handclean.ik.bad_markers import suspects, words
+from handclean.ik.bad_markers import misfits, suspects
 from handclean.ik.take import solve
 from handclean.recording import Recording, trajectories
 
@@ -56,10 +56,13 @@ def test_a_marker_that_is_elsewhere_is_named_with_its_frames(hand):
     assert len(result.frames) > 15
     assert result.residual_m > 4.0 * result.usual_m
     take = replace(solved(subject, places), first_frame=995)
-    said = words(take, subject, "right", places)
+    (one,) = misfits(take, subject, "right", places)
+    said = one.text
     first, last = 995 + result.frames[[0, -1]]
     assert f"in {len(result.frames)} frames from {first} to {last}, " in said
     assert "without R_INDEX_TIP" in said
+    assert one.where.frames == (first, last)
+    assert (one.where.model, one.where.marker) == ("right", "R_INDEX_TIP")
     assert "\n" not in said
 
 

@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from people import exercise, true_hand
+from told import texts
 
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
 from handclean.ik.residual_test import (
     IMPLAUSIBLE_RATIO,
+    doubts,
     plausible,
-    remark,
     usual_residual,
 )
 from handclean.ik.take import solve
@@ -46,10 +47,10 @@ def take(positions, subject):
 
 
 def solved(positions, subject):
-    """Share of trusted frames, and the remark."""
+    """Share of trusted frames, and what the remark says."""
     found = solve(take(positions, subject), subject, prior=read_prior())
     trusted = found.motions[subject.model.tree.side].trusted
-    return trusted.mean(), remark(found, subject)
+    return trusted.mean(), "".join(texts(doubts(found, subject)))
 
 
 @pytest.mark.parametrize(

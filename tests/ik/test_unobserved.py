@@ -7,8 +7,16 @@ import pytest
 
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
-from handclean.ik.unobserved import unseen, words
+from handclean.ik.unobserved import unobserved, unseen
 from handclean.recording import Origin, Recording, trajectories
+
+
+def words(take, subject, **given):
+    """What is said of a take, without the name of the motion; "" if nothing is."""
+    return "".join(
+        one.text.removeprefix("right: ")
+        for one in unobserved(take, subject, "right", **given)
+    )
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.errors import HandcleanError
 from handclean.recording import (
@@ -217,7 +218,7 @@ def test_takes_of_different_length_are_compared_where_their_numbers_overlap():
     part = compare(take(whole, first_frame=1), take(whole[8:15], first_frame=9))
     assert part.frames == 7
     assert part.labels.f1 == 1.0
-    assert "overlap" in part.warnings[0]
+    assert "overlap" in texts(part.remarks)[0]
 
 
 def test_takes_that_do_not_overlap_are_refused():

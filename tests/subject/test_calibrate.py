@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from people import Person, as_take, lengths, person
 from scipy.spatial.transform import Rotation
+from told import texts
 
 from handclean.errors import HandcleanError, UnknownNameError, UsageError
 from handclean.hand.marker_set import load_marker_set
@@ -67,7 +68,7 @@ def test_held_out_error_is_what_the_noise_leaves(learnt):
     assert report.camera_noise_m == pytest.approx(0.0002, rel=0.25)
     assert report.frames_held_out == pytest.approx(100, abs=1)
     assert report.frames_used == 120
-    assert report.warnings == ()
+    assert texts(report.remarks) == ()
     np.testing.assert_allclose(subject.marker_sigma, expected, rtol=0.6)
     assert subject.errors["heldout_rms_m"] == report.heldout_rms_m
     assert subject.errors["index_pip_length_sigma_m"] > 0.0
@@ -145,7 +146,7 @@ def test_a_joint_that_hardly_moved_is_named_and_keeps_the_templates_axis(one):
     stiff = still(one, {"ring_dip_flexion"})
     subject, report = learn(stiff)
     assert report.poorly_moved == ("ring_dip_flexion",)
-    (words,) = report.warnings
+    (words,) = texts(report.remarks)
     assert words.startswith("ring_dip_flexion moved only ")
     assert words.endswith(" degrees: its axis and place are the template's")
     assert np.degrees(report.moved_rad["ring_dip_flexion"]) < 3.0
@@ -161,9 +162,11 @@ def test_a_marker_never_seen_keeps_its_place_and_is_named(one):
     positions[:, m] = np.nan
     subject, report = learn(one, take=with_markers(one, positions))
     assert "R_LITTLE_TIP was never measured: its place is the template's" in (
-        report.warnings
+        texts(report.remarks)
     )
-    assert any(w.startswith("little_dip_flexion: no marker") for w in report.warnings)
+    assert any(
+        w.startswith("little_dip_flexion: no marker") for w in texts(report.remarks)
+    )
     assert report.moved_rad["little_dip_flexion"] == 0.0
     template = load_marker_set("maycock26")
     at = subject.model.at[m] / subject.model.tree.scale * [-1.0, 1.0, 1.0]
@@ -178,7 +181,7 @@ def test_wrong_labels_are_named_with_the_first_frame(one):
     positions[200:260, [a, b]] = positions[200:260, [b, a]]
     take = replace(with_markers(one, positions), first_frame=995)
     subject, report = learn(one, take=take)
-    named = [words for words in report.warnings if "labelled right" in words]
+    named = [words for words in texts(report.remarks) if "labelled right" in words]
     assert {words.split()[0] for words in named} & {"R_INDEX_TIP", "R_MIDDLE_TIP"}
     firsts = [re.search(r"first in frame (\d+):", words)[1] for words in named]
     assert all(995 + 200 <= int(number) < 995 + 260 for number in firsts)
@@ -253,7 +256,9 @@ def test_sides_that_do_not_exist_and_rigid_sets_are_refused(one):
 def test_few_markers_are_said_to_decide_little():
     one = person(11, "schroeder6", frames=200)
     _, report = learn(one)
-    assert any("cannot decide the 26 numbers of a pose" in w for w in report.warnings)
+    assert any(
+        "cannot decide the 26 numbers of a pose" in w for w in texts(report.remarks)
+    )
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.errors import UsageError
 from handclean.hand.marker_set import load_marker_set
@@ -41,7 +42,7 @@ def test_a_guitarists_hand_is_learnt_to_half_a_millimetre(guitar):
     assert report.doubtful < 0.004
     assert subject.model.tree.bones[-1] == "forearm"
     assert "ring_dip_flexion" in report.poorly_moved  # R-D1 is seen in four frames
-    assert any(words.startswith("R-C1 does not fit") for words in report.warnings)
+    assert any(words.startswith("R-C1 does not fit") for words in texts(report.remarks))
 
 
 def test_a_guitarists_first_half_foretells_the_second_to_a_millimetre(guitar):

@@ -23,6 +23,7 @@ from handclean.glove.poses import key_pose, place_of
 from handclean.glove.samples import FK, IK, Samples
 from handclean.glove.streams import Offset, at_times, find_offset
 from handclean.recording import Motion, Recording
+from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 
 _LEAST_SIGMA_RAD = np.radians(1.5)
@@ -44,12 +45,12 @@ class Stated:
     ----------
     rotations : (R,) [rad], NaN where nothing is stated.
     about : what was recorded: "pose flat".
-    warnings : what is odd about it.
+    remarks : what is odd about it.
     """
 
     rotations: Floats
     about: str = ""
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +82,7 @@ class Sampled:
     left_out : frames in which fingertips did not reach each other.
     apart, moved : of fingers that touched: [m] between tips, [rad] to there.
     offset : of the glove's clock, where a take was recorded with it.
-    warnings : what is odd.
+    remarks : what is odd.
     """
 
     samples: Samples
@@ -89,7 +90,7 @@ class Sampled:
     apart: Floats = field(default_factory=lambda: np.zeros(0))
     moved: Floats = field(default_factory=lambda: np.zeros(0))
     offset: Offset | None = None
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
 
 
 def stated(settings: GloveSampling, glove: Glove, mode: str) -> Stated:
@@ -116,7 +117,7 @@ def _stated_by_pose(name: str, glove: Glove) -> Stated:
     told = claims.expect_pose(where, glove.hand, pose)
     rotations = samples_of.of_pose(glove.hand, pose, 1)[0]
     claims.expect_measured(where, glove, rotations)
-    return Stated(rotations=rotations, about=f"pose {name}", warnings=told)
+    return Stated(rotations=rotations, about=f"pose {name}", remarks=told)
 
 
 def _stated_by_widgets(texts: tuple[str, ...], glove: Glove) -> Stated:
@@ -127,7 +128,7 @@ def _stated_by_widgets(texts: tuple[str, ...], glove: Glove) -> Stated:
     rotations = samples_of.of_hold(glove, holds, 1)[0]
     told = claims.expect_reachable("--hold", glove.hand, rotations)
     about = "hold " + " ".join(texts)
-    return Stated(rotations=rotations, about=about, warnings=told)
+    return Stated(rotations=rotations, about=about, remarks=told)
 
 
 def _holds(texts: tuple[str, ...]) -> Mapping[str, float]:
@@ -191,7 +192,7 @@ def _touching(one: GloveRecording, settings: GloveSampling, glove: Glove) -> Sam
         left_out=int((~reached).sum()),
         apart=met.apart[reached],
         moved=moved,
-        warnings=_far_from_touching(one, fingers, moved) if reached.any() else (),
+        remarks=_far_from_touching(one, fingers, moved) if reached.any() else (),
     )
 
 
@@ -214,17 +215,18 @@ def _start(one: GloveRecording, glove: Glove) -> tuple[Floats, Floats]:
 
 def _far_from_touching(
     one: GloveRecording, fingers: list[str], moved: Floats
-) -> tuple[str, ...]:
-    """Warn of fingers that were too far apart to have touched."""
+) -> tuple[Remark, ...]:
+    """Remark on fingers that were too far apart to have touched."""
     degrees = float(np.degrees(np.sqrt(np.mean(moved**2))))
     near = "start" in one.source.files
     if degrees <= (_MOST_FROM_TOUCHING_DEG if near else _MOST_RAW_FROM_TOUCHING_DEG):
         return ()
     right = "" if near else " --start CALIBRATION begins nearer"
-    return (
+    text = (
         f"readings were {degrees:.0f} degrees from touching: did "
-        f"{' and '.join(fingers)} touch?{right}",
+        f"{' and '.join(fingers)} touch?{right}"
     )
+    return (remark("fit", text, fingers=fingers, off_deg=degrees),)
 
 
 def _with_markers(
@@ -232,8 +234,7 @@ def _with_markers(
 ) -> Sampled:
     """Samples of the rotations of a solved take at the glove's times."""
     path = one.source.files["markers"]
-    given = Source(path=path)
-    take = sessions.read(given)
+    take = sessions.read(Source(path=path))
     rotations = _rotations(take, one.source, path, glove)
     offset = _offset(one, take, rotations, settings.sample.max_offset_s, glove)
     times = one.times[one.rows] + offset.seconds
@@ -241,7 +242,7 @@ def _with_markers(
     return Sampled(
         samples=_samples(one, glove, targets, FK, f"markers {path.name}"),
         offset=offset,
-        warnings=tuple(f"{path.name}: {trap}" for trap in sessions.traps(given, take)),
+        remarks=take.remarks,
     )
 
 

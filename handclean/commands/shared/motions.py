@@ -12,6 +12,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.commands.shared import sessions
 from handclean.errors import FileError, HandcleanError, UsageError
+from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 from handclean.tree import POSE_HEAD, JointTree
 
@@ -36,7 +37,7 @@ class HandMotion:
     doubtful: int = 0
 
 
-def read(source: Source, odd: list[str]) -> list[HandMotion]:
+def read(source: Source, odd: list[Remark]) -> list[HandMotion]:
     """Motions of all hands of a take.
 
     Parameters
@@ -49,7 +50,7 @@ def read(source: Source, odd: list[str]) -> list[HandMotion]:
         If it has none.
     """
     recording = sessions.read(source)
-    odd += [f"{source.path}: {trap}" for trap in sessions.traps(source, recording)]
+    odd += recording.remarks
     found = []
     for name, motion in recording.motions.items():
         tree = recording.skeletons.get(name)
@@ -76,16 +77,27 @@ def read(source: Source, odd: list[str]) -> list[HandMotion]:
     return found
 
 
-def left_out(motions: Sequence[HandMotion]) -> tuple[str, ...]:
-    """Say how many frames are not learnt from, and which takes have no others."""
-    told = []
+def left_out(motions: Sequence[HandMotion], of: str = "") -> tuple[Remark, ...]:
+    """Remark on frames that are not learnt from, and on takes that have no others.
+
+    Parameters
+    ----------
+    of : what the texts begin with: "--held-out: ".
+    """
+    told: list[Remark] = []
     if count := sum(motion.doubtful for motion in motions):
         frames = sum(len(motion.poses) for motion in motions)
-        told.append(f"{count} of {frames} frames are not trusted: they are left out")
+        told.append(
+            remark(
+                "trust",
+                f"{of}{count} of {frames} frames are not trusted: they are left out",
+                count=count,
+            )
+        )
     none = sorted({m.where for m in motions if 0 < m.doubtful == len(m.poses)})
     if none and len(none) < len({motion.where for motion in motions}):
         few = ", ".join(none[:3]) + (", ..." if len(none) > 3 else "")
-        told.append(f"no frame is trusted of {few}")
+        told.append(remark("trust", f"{of}no frame is trusted of {few}", takes=none))
     return tuple(told)
 
 

@@ -1,6 +1,6 @@
 """Takes as steps read them and hand them back."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from handclean.hand.subject import Subject
 from handclean.hand.surface import Surface
 from handclean.io import files
 from handclean.recording import Recording
-from handclean.remarks import texts
+from handclean.remarks import Remark
 from handclean.runner import noted
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome, Writer
@@ -43,18 +43,8 @@ def read(source: Source) -> Recording:
 
 def remember(source: Source, recording: Recording) -> Recording:
     """Return a take; what is odd about it is told should the task fail."""
-    noted.note(source.path, traps(source, recording))
+    noted.note(source.path, recording.remarks)
     return recording
-
-
-def traps(source: Source, recording: Recording) -> tuple[str, ...]:
-    """Say what was odd about a file that was read; a session was warned of before."""
-    is_session = source.path.suffix.lower() == ".h5"  # its damage the runner tells
-    return tuple(
-        one.text
-        for one in recording.remarks
-        if not (is_session and one.kind == "damage")
-    )
 
 
 def is_overruled(recording: Recording) -> bool:
@@ -62,21 +52,11 @@ def is_overruled(recording: Recording) -> bool:
     return any("overruled" in one.data for one in recording.remarks)
 
 
-def traps_of_all(
-    sources: Sequence[Source], recordings: Sequence[Recording]
-) -> tuple[str, ...]:
-    """Say what was odd about several files, each by its name."""
-    read = zip(sources, recordings, strict=True)
-    return tuple(
-        f"{one.path}: {trap}" for one, take in read for trap in traps(one, take)
-    )
-
-
 def outcome(
     recording: Recording,
     line: str,
     figures: Mapping[str, Any],
-    warnings: tuple[str, ...] = (),
+    more: tuple[Remark, ...] = (),
     surfaces: Mapping[str, Surface] | None = None,
     *,
     unnamed: bool = False,
@@ -85,12 +65,14 @@ def outcome(
 
     Parameters
     ----------
+    more : remarks beside those that the take has.
     unnamed : write points without a name into a TRC, too.
     """
+    recording = replace(recording, remarks=(*recording.remarks, *more))
     return Outcome(
         line=line,
         figures=figures,
-        warnings=warnings,
+        remarks=recording.remarks,
         writers=(writer(recording, surfaces=surfaces, unnamed=unnamed),),
         history=tuple(recording.provenance),
     )
@@ -121,9 +103,9 @@ def writer(
     unnamed : write points without a name into a TRC, too.
     """
 
-    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
+    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[Remark, ...]:
         take = replace(recording, provenance=provenance)
         lost = files.write(path, take, surfaces=surfaces, unnamed=unnamed)
-        return () if silent else texts(lost)
+        return () if silent else lost
 
     return write

@@ -18,7 +18,7 @@ from handclean.io.hdf5.file import format_of
 from handclean.io.hdf5.subject import FORMAT, read_subject, write_subject
 from handclean.io.mesh.meshes import Mesh, read_mesh, write_mesh
 from handclean.io.shapes import read_hand
-from handclean.remarks import texts
+from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
@@ -64,14 +64,14 @@ def mesh(source: Source) -> Outcome:
         )
     found = read_mesh(source.path, unit=options_of(source).unit)
 
-    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
-        return texts(write_mesh(path, found))
+    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[Remark, ...]:
+        return write_mesh(path, found)
 
     count, faces = len(found.vertices), len(found.faces)
     return Outcome(
         line=f"{count} vertices, {faces} faces" if faces else f"{count} points",
         figures={"vertices": count, "faces": faces},
-        warnings=texts(found.remarks),
+        remarks=found.remarks,
         writers=(write,),
         history=RECORDS.of(source.path),
     )
@@ -86,19 +86,26 @@ def skinned(source: Source, joint_map: str) -> Outcome:
         If the file holds none, or the joint map does not fit.
     """
     found = read_hand(source.path, joint_map)
-    warnings = []
+    remarks: list[Remark] = []
     skew = float(np.degrees(found.missed))
     if skew > _SKEW:
-        warnings.append(
-            f"a finger was drawn bent sideways by {skew:.1f} degrees, as its hinges "
-            "cannot bend; it was straightened"
+        remarks.append(
+            remark(
+                "subject",
+                f"a finger was drawn bent sideways by {skew:.1f} degrees, as its "
+                "hinges cannot bend; it was straightened",
+                skew_deg=skew,
+            )
         )
     if found.animated:
-        warnings.append(
-            "its motion is not read, only the hand; convert what the file was made "
-            "from (.h5, .bvh) for the motion"
+        remarks.append(
+            remark(
+                "left-out",
+                "its motion is not read, only the hand; convert what the file was made "
+                "from (.h5, .bvh) for the motion",
+            )
         )
-    return subject(source, found.subject, warnings, RECORDS.of(source.path))
+    return subject(source, found.subject, remarks, RECORDS.of(source.path))
 
 
 def subject_file(source: Source) -> Outcome:
@@ -115,7 +122,7 @@ def subject_file(source: Source) -> Outcome:
 def subject(
     source: Source,
     found: Subject,
-    warnings: Sequence[str],
+    remarks: Sequence[Remark],
     history: tuple[Entry, ...],
 ) -> Outcome:
     """Hand back a subject, or its skin; the template's if it has none of its own.
@@ -139,7 +146,7 @@ def subject(
         )
     skin = template_surface(tree) if own is None and tree.kind == "hand" else own
 
-    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[str, ...]:
+    def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[Remark, ...]:
         if source.target == ".h5":
             write_subject(path, found, provenance)
             return ()
@@ -154,7 +161,7 @@ def subject(
             normals=normals,
             colors=skin.colors,
         )
-        return texts(write_mesh(path, made))
+        return write_mesh(path, made)
 
     length = 1e3 * tree.scale * HAND_LENGTH
     words = f"a {tree.side} hand of {length:.0f} mm" if tree.side else f"a {tree.kind}"
@@ -165,7 +172,7 @@ def subject(
     return Outcome(
         line=words,
         figures=figures,
-        warnings=tuple(warnings),
+        remarks=tuple(remarks),
         writers=(write,),
         history=history,
     )

@@ -9,6 +9,7 @@ from handclean.errors import TAKE, UsageError
 from handclean.hand.subject import Subject
 from handclean.hand.surface import Surface
 from handclean.recording import Recording
+from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 from handclean.tree import JointTree
 
@@ -21,8 +22,8 @@ _SHORTEST = 0.01
 
 def worn(
     source: Source, recording: Recording
-) -> tuple[dict[str, Surface], tuple[str, ...]]:
-    """Return skins by the name of the motion, and what is odd about their owners.
+) -> tuple[dict[str, Surface], tuple[Remark, ...]]:
+    """Return skins by the name of the motion, and remarks on their owners.
 
     Raises
     ------
@@ -32,7 +33,7 @@ def worn(
     found = hands.subjects(source)
     _expect_one(found, recording)
     told = [
-        text
+        remark("fit", text, model=name)
         for name, subject in found.items()
         if name in recording.skeletons
         and (text := _unlike(name, subject, recording.skeletons[name]))

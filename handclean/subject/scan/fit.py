@@ -23,6 +23,7 @@ from handclean.hand.template import FINGERS, HAND_LENGTH, distal_length, templat
 from handclean.hand.template_surface import landmarks as template_landmarks
 from handclean.hand.template_surface import template_surface
 from handclean.numerics.triangles import closest
+from handclean.remarks import Remark, remark
 from handclean.subject.scan.alignment import Aligned, Template, to_cloud, to_landmarks
 from handclean.subject.scan.cloud import Cloud, Pairs, Scan
 from handclean.subject.scan.landmarks import checked, doubtful, expect_alike, expect_on
@@ -60,7 +61,7 @@ class Start:
 
 @dataclass(frozen=True, kw_only=True)
 class ScanReport:
-    """Figures and plain words about a hand from a scan.
+    """Figures and plain remarks about a hand from a scan.
 
     Attributes
     ----------
@@ -76,7 +77,7 @@ class ScanReport:
     fit_mean_m, fit_p95_m, fit_max_m : [m] distance of the hand's points from the skin.
     covered : share of the skin's vertices with points of the scan.
     lengths_m : [m] by joint: distance from the joint before it.
-    warnings : plain sentences.
+    remarks : what its owner should know.
     """
 
     side: str
@@ -96,7 +97,7 @@ class ScanReport:
     fit_max_m: float
     covered: float
     lengths_m: Mapping[str, float]
-    warnings: tuple[str, ...] = field(default=())
+    remarks: tuple[Remark, ...] = field(default=())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +106,7 @@ class Fitted:
 
     Attributes
     ----------
-    subject : the outcome; report : figures and words.
+    subject : the outcome; report : figures and remarks.
     cloud : the points that were fitted to.
     aligned : the template before its shape was fitted.
     registered : the skin in the scan's posture; rebuilt : the hand behind it.
@@ -170,7 +171,7 @@ def fit_scan(
     model = Template(tree=start.tree, surface=start.surface, landmarks=rows)
     aligned = to_landmarks(model, places)
     expect_alike(names, places, aligned.vertices()[rows])
-    cloud, words = oriented(ready.scan, aligned.vertices(), start.surface)
+    cloud, remarks = oriented(ready.scan, aligned.vertices(), start.surface)
     places = cloud.snapped(places)
     aligned = to_cloud(
         aligned,
@@ -191,12 +192,13 @@ def fit_scan(
     progress("joints")
     found = rebuilt(aligned, registered.vertices)
     if missing:
-        words = (*words, f"landmarks that are missing: {', '.join(missing)}")
+        text = f"landmarks that are missing: {', '.join(missing)}"
+        remarks = (*remarks, remark("unseen", text, landmarks=list(missing)))
     there = aligned.vertices()[rows]
     gaps = np.linalg.norm(there - places, axis=1)
     away = dict(zip(names, gaps.tolist(), strict=True))
-    words = (*words, *doubtful(names, places, there, aligned.template.tree.scale))
-    report = _report(aligned, registered, found, ready, cloud, words, away)
+    remarks = (*remarks, *doubtful(names, places, there, aligned.template.tree.scale))
+    report = _report(aligned, registered, found, ready, cloud, remarks, away)
     tree = replace(found.tree, subject=name, scale=report.size)
     found = replace(found, tree=tree)
     return Fitted(
@@ -248,7 +250,7 @@ def _report(
     found: Rebuilt,
     ready: Prepared,
     cloud: Cloud,
-    words: tuple[str, ...],
+    remarks: tuple[Remark, ...],
     landmarks_away: Mapping[str, float],
 ) -> ScanReport:
     tree, surface = found.tree, found.surface
@@ -258,15 +260,24 @@ def _report(
     pairs, last = registered.pairs, registered.stages[-1]
     before = aligned.vertices()[pairs.rows] - pairs.places
     fit_mean = float(away.mean())
-    more = []
+    more: list[Remark] = []
     if fit_mean > POOR_FIT_M:
         more.append(
-            f"the skin lies {1e3 * fit_mean:.1f} mm from the scan in the mean: are the "
-            "landmarks right?"
+            remark(
+                "fit",
+                f"the skin lies {1e3 * fit_mean:.1f} mm from the scan in the mean: are "
+                "the landmarks right?",
+                fit_mean_m=fit_mean,
+            )
         )
     if covered < POOR_COVERAGE_SHARE:
         more.append(
-            f"the scan shows {100 * covered:.0f} % of the skin: the rest is guessed"
+            remark(
+                "unseen",
+                f"the scan shows {100 * covered:.0f} % of the skin: the rest is "
+                "guessed",
+                covered=covered,
+            )
         )
     lengths = {
         tree.joints[b]: float(np.linalg.norm(tree.offsets[b]))
@@ -290,7 +301,7 @@ def _report(
         fit_max_m=float(away.max()),
         covered=covered,
         lengths_m=lengths,
-        warnings=(*ready.words, *words, *more),
+        remarks=(*ready.remarks, *remarks, *more),
     )
 
 

@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from handclean.arrays import Floats
 from handclean.errors import HandcleanError, UnknownNameError
+from handclean.remarks import Remark, remark
 
 OFF_SCAN_SHARE = 0.1
 """A landmark farther from the scan than this share of their spread is not on it."""
@@ -115,8 +116,8 @@ def expect_alike(names: tuple[str, ...], places: Floats, template: Floats) -> No
 
 def doubtful(
     names: tuple[str, ...], places: Floats, template: Floats, size: float
-) -> tuple[str, ...]:
-    """Say which landmarks are far from where the aligned template has them.
+) -> tuple[Remark, ...]:
+    """Remark on landmarks that are far from where the aligned template has them.
 
     Parameters
     ----------
@@ -138,4 +139,5 @@ def doubtful(
             told.append(f"{names[n]} lies {1e3 * own[n]:.0f} mm from where it should")
     if not told:
         return ()
-    return (f"landmarks: {', '.join(told)}; are they named right?",)
+    text = f"landmarks: {', '.join(told)}; are they named right?"
+    return (remark("fit", text),)

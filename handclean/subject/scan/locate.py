@@ -60,6 +60,7 @@ def locate_markers(
     settings: CalibrateConfig,
     *,
     name: str = "",
+    names: Sequence[str] = (),
 ) -> Located:
     """Find markers on a scanned hand; and with takes that move, the hand more closely.
 
@@ -70,6 +71,7 @@ def locate_markers(
     scanned : a subject with a skin.
     takes : labelled; the first begins with the hand held still and flat.
     name : whose hand it is; the scan's when not given.
+    names : what remarks call the takes; "take 1", "take 2" when not given.
 
     Raises
     ------
@@ -103,7 +105,13 @@ def locate_markers(
         )
     side = scanned.model.tree.side
     found, report = calibrate(
-        takes, marker_set, settings, side=side, name=name, known=placed.model
+        takes,
+        marker_set,
+        settings,
+        side=side,
+        name=name,
+        known=placed.model,
+        names=names,
     )
     return Located(
         subject=replace(

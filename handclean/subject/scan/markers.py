@@ -43,6 +43,7 @@ from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.kernels import bundle, pose_fit
 from handclean.numerics.rotations import rotated, rotated_back
+from handclean.remarks import Remark, remark
 from handclean.subject.frames import Frames, thinned
 from handclean.subject.shape import PosePrior
 from handclean.subject.start import first_poses
@@ -80,7 +81,7 @@ class Placed:
     poses : (T, 7 + D) of the frames used.
     rms_m : [m] RMS distance of markers from these places in those frames.
     start_rms_m : [m] the same of the places they should have.
-    words : what is odd.
+    remarks : what is odd.
     """
 
     model: Model
@@ -88,7 +89,7 @@ class Placed:
     poses: Floats
     rms_m: float
     start_rms_m: float
-    words: tuple[str, ...]
+    remarks: tuple[Remark, ...]
 
 
 def with_forearm(tree: JointTree, forearm: bool) -> JointTree:
@@ -200,14 +201,14 @@ def place(subject: Subject, marker_set: MarkerSet, neutral: Frames) -> Placed:
     poses = _poses(model, normals, frames)
     start = _rms(model, poses, frames)
     found = replace(model, at=_measured_places(model, poses, frames))
-    on, words = _on_skin(subject.surface, found)
+    on, remarks = _on_skin(subject.surface, found)
     return Placed(
         model=found,
         on=on,
         poses=poses,
         rms_m=_rms(found, poses, frames),
         start_rms_m=start,
-        words=words,
+        remarks=remarks,
     )
 
 
@@ -258,18 +259,22 @@ def _rms(model: Model, poses: Floats, frames: Frames) -> float:
     return float(np.sqrt(np.mean(away[frames.seen] ** 2)))
 
 
-def _on_skin(surface: Surface, model: Model) -> tuple[OnSkin, tuple[str, ...]]:
+def _on_skin(surface: Surface, model: Model) -> tuple[OnSkin, tuple[Remark, ...]]:
     """Find where on the skin the model's markers sit, and say what is odd."""
     tree = model.tree
     pose = _spread(tree)
     vertices = posed(surface, tree, pose[None])[0]
     on = project(surface, vertices, marker_positions(model, pose[None])[0])
     arm = np.array([tree.bones[b] == "forearm" for b in model.bone])
-    words = []
+    remarks: list[Remark] = []
     for m, label in enumerate(model.labels):
         if not arm[m] and not USUAL_HEIGHTS_M[0] <= on.lift[m] <= USUAL_HEIGHTS_M[1]:
-            words.append(
-                f"{label} lies {1e3 * on.lift[m]:.0f} mm over the scanned skin: is it "
-                "labelled right, and are scan and take of the same hand?"
+            remarks.append(
+                remark(
+                    "fit",
+                    f"{label} lies {1e3 * on.lift[m]:.0f} mm over the scanned skin: is "
+                    "it labelled right, and are scan and take of the same hand?",
+                    marker=label,
+                )
             )
-    return replace(on, face=np.where(arm, -1, on.face)), tuple(words)
+    return replace(on, face=np.where(arm, -1, on.face)), tuple(remarks)

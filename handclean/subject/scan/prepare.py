@@ -16,6 +16,7 @@ from handclean.numerics.cloud import (
     thinned,
     turned_along,
 )
+from handclean.remarks import Remark, remark
 from handclean.subject.scan.alignment import Aligned
 from handclean.subject.scan.cloud import Cloud, Scan
 from handclean.subject.scan.settings import ScanConfig
@@ -51,7 +52,7 @@ class Prepared:
     scan : with points that are left.
     points, colored, lonely, apart : how many there were, were left out for their color,
         for being far from others, and for not hanging together with a landmark.
-    words : what its owner should know.
+    remarks : what its owner should know.
     """
 
     scan: Scan
@@ -59,7 +60,7 @@ class Prepared:
     colored: int
     lonely: int
     apart: int
-    words: tuple[str, ...]
+    remarks: tuple[Remark, ...]
 
 
 def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
@@ -74,10 +75,17 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
     HandcleanError
         If too few points are left.
     """
-    total, words = len(scan.points), []
+    total = len(scan.points)
+    remarks: list[Remark] = []
     known = np.asarray(np.isfinite(scan.points).all(axis=1))
     if not known.all():
-        words.append(f"{(~known).sum()} points without a place (NaN) are left out")
+        remarks.append(
+            remark(
+                "missing",
+                f"{(~known).sum()} points without a place (NaN) are left out",
+                points=int((~known).sum()),
+            )
+        )
         scan = scan.only(known)
     _expect_enough(scan, "a scan of a hand has")
     size = float(np.linalg.norm(np.ptp(marks, axis=0)))
@@ -85,10 +93,15 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
     _expect_enough(scan, "around its landmarks a scan of a hand has")
     looked_at = len(scan.points)
     if scan.colors is None:
-        words.append("the scan has no colors: points that are not skin stay in it")
+        remarks.append(
+            remark(
+                "left-out",
+                "the scan has no colors: points that are not skin stay in it",
+            )
+        )
     elif settings.skin:
-        skin, word = _skin(scan, marks, 0.5 * NEAR_LANDMARK_SHARE * size)
-        words += [word] if word else []
+        skin, guessed = _skin(scan, marks, 0.5 * NEAR_LANDMARK_SHARE * size)
+        remarks += guessed
         scan = scan.only(skin)
         _expect_enough(scan, "with --skin a scan of a hand has")
     colored = looked_at - len(scan.points)
@@ -109,7 +122,7 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
         colored=colored,
         lonely=lonely,
         apart=apart,
-        words=tuple(words),
+        remarks=tuple(remarks),
     )
 
 
@@ -121,8 +134,8 @@ def _expect_enough(scan: Scan, what: str) -> None:
         )
 
 
-def _skin(scan: Scan, marks: Floats, near: float) -> tuple[Bools, str]:
-    """(P,) which points are of the color of skin, and a word if that is a guess."""
+def _skin(scan: Scan, marks: Floats, near: float) -> tuple[Bools, list[Remark]]:
+    """(P,) which points are of the color of skin, and a remark if that is a guess."""
     assert scan.colors is not None
     skin = is_skin(scan.colors)
     at_marks = cKDTree(marks).query(scan.points)[0] < near
@@ -130,17 +143,19 @@ def _skin(scan: Scan, marks: Floats, near: float) -> tuple[Bools, str]:
         at_marks.sum() < LEAST_LANDMARK_POINTS
         or skin[at_marks].mean() >= LEAST_SKIN_SHARE
     ):
-        return skin, ""
+        return skin, []
     share = 100 * float(skin[at_marks].mean())
-    return is_like(scan.colors, scan.colors[at_marks]), (
+    text = (
         f"{share:.0f} % of the points at the landmarks have a color that the rule for "
         "skin knows: colors like theirs count as skin instead"
     )
+    skin = is_like(scan.colors, scan.colors[at_marks])
+    return skin, [remark("left-out", text, percent=share)]
 
 
 def oriented(
     scan: Scan, vertices: Floats, surface: Surface
-) -> tuple[Cloud, tuple[str, ...]]:
+) -> tuple[Cloud, tuple[Remark, ...]]:
     """Give every point a unit normal that looks out of the skin.
 
     Parameters
@@ -156,28 +171,38 @@ def oriented(
     if scan.normals is None:
         normals = turned_along(plane_normals(scan.points, NEIGHBOURS), outwards)
         said = "the scan has no normals: planes through its points stand in for them"
-        return Cloud(points=scan.points, normals=normals), (said,)
+        return Cloud(points=scan.points, normals=normals), (remark("missing", said),)
     size = np.linalg.norm(scan.normals, axis=1)
     known = np.isfinite(size) & (size > 0.0)
     normals = np.where(known[:, None], scan.normals, 0.0)
     normals = normals / np.where(known, size, 1.0)[:, None]
-    words = []
+    remarks: list[Remark] = []
     if not known.all():
-        words.append(f"{(~known).sum()} points have no normal: planes stand in for it")
+        remarks.append(
+            remark(
+                "missing",
+                f"{(~known).sum()} points have no normal: planes stand in for it",
+            )
+        )
         planes = turned_along(plane_normals(scan.points, NEIGHBOURS), outwards)
         normals = np.where(known[:, None], normals, planes)
     against = np.einsum("pk,pk->p", normals, outwards)[known] < 0.0
     share = float(against.mean()) if known.any() else 0.0
     if share > 1.0 - DISAGREEING_NORMALS_SHARE:
-        words.append("the scan's normals look into the hand: turned round")
+        remarks.append(
+            remark("implausible", "the scan's normals look into the hand: turned round")
+        )
         normals = -normals
     elif share > DISAGREEING_NORMALS_SHARE:
-        words.append(
-            f"{100 * share:.0f} % of the scan's normals look into the hand: those are "
-            "turned round"
+        remarks.append(
+            remark(
+                "implausible",
+                f"{100 * share:.0f} % of the scan's normals look into the hand: those "
+                "are turned round",
+            )
         )
         normals = turned_along(normals, outwards)
-    return Cloud(points=scan.points, normals=normals), tuple(words)
+    return Cloud(points=scan.points, normals=normals), tuple(remarks)
 
 
 def nearby(cloud: Cloud, aligned: Aligned, far_m: float) -> Cloud:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from takes import take_source
+from told import texts
 
 from handclean.commands.shared.choices import Filling, Solving
 from handclean.commands.table import COMMANDS
@@ -70,7 +71,7 @@ def solve(folder, tmp_path):
         given = {"subjects": (folder / "S.h5",), **given}
         output = tmp_path / f"{plan.token()}.h5"
         report = made("solve", settings, take_source(path=path, **given), output)
-        told = [w for w in report.warnings if "solved anew" in w]
+        told = [w for w in texts(report.remarks) if "solved anew" in w]
         (motion,) = files.read(output).motions.values()
         return motion, report.figures["kept"], told, output
 

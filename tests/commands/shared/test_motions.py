@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from takes import take_source
+from told import texts
 
 from handclean.commands.shared import motions
 from handclean.commands.shared.choices import LearnConfig
@@ -66,7 +67,7 @@ def test_a_prior_is_that_of_the_trusted_frames(write):
     assert report.status == "done", report.error
     assert report.figures["directions"] == 3  # the rest is spoilt in all directions
     assert (report.figures["frames"], report.figures["left_out"]) == (300, 100)
-    (warning,) = report.warnings
+    (warning,) = texts(report.remarks)
     assert "100 of 400 frames are not trusted: they are left out" in warning
     assert len(read_prior(output).deviations) == 3
 
@@ -74,7 +75,7 @@ def test_a_prior_is_that_of_the_trusted_frames(write):
 def test_nothing_is_left_out_of_motion_that_does_not_say_what_is_trusted(write):
     report, _ = learn(write("a.h5", None))
     assert report.figures["frames"] == FRAMES
-    assert report.warnings == ()
+    assert texts(report.remarks) == ()
 
 
 @pytest.mark.parametrize("count", [0, 3, 20])
@@ -87,14 +88,15 @@ def test_too_few_trusted_frames_teach_no_prior(write, count):
 
 def test_a_prior_of_few_frames_is_warned_of(write):
     report, _ = learn(write("a.h5", some(30)))
-    assert any("learnt from 30 frames only" in text for text in report.warnings)
+    assert any("learnt from 30 frames only" in text for text in texts(report.remarks))
 
 
 def test_a_take_without_a_trusted_frame_is_named_beside_others(write):
     report, _ = learn(write("a.h5", some(300)), write("b.h5", some(0)))
     assert report.figures["takes"] == 1
     assert any(
-        "no frame is trusted of" in text and "b.h5" in text for text in report.warnings
+        "no frame is trusted of" in text and "b.h5" in text
+        for text in texts(report.remarks)
     )
 
 
@@ -102,7 +104,7 @@ def test_held_out_frames_that_are_not_trusted_do_not_count(write):
     held = write("b.h5", some(200), spoilt=1.0)
     report, _ = learn(write("a.h5", some(400)), held_out=[held])
     assert report.figures["held_out_covered"] > 0.99
-    assert any("--held-out: 200 of 400" in text for text in report.warnings)
+    assert any("--held-out: 200 of 400" in text for text in texts(report.remarks))
     report, _ = learn(write("a.h5", some(400)), held_out=[write("c.h5", some(0))])
     assert "--held-out: fewer than 2 frames" in report.error
 

@@ -31,6 +31,7 @@ from handclean.recording import (
     SourceEvent,
     Trajectories,
 )
+from handclean.remarks import remark
 from tests.edits import edited
 
 
@@ -587,3 +588,35 @@ def test_a_session_cannot_be_written_into_nothing(tmp_path):
         write_session(tmp_path / "no" / "take.h5", Recording(rate=1.0, frames=1))
     assert str(caught.value).endswith(f"there is no folder {tmp_path / 'no'}")
     assert FORMAT == "handclean session"
+
+
+def test_a_remark_is_kept_as_an_event_of_the_frames_it_names(rng, tmp_path):
+    told = (
+        remark("fit", "odd", frames=(1000, 1002), model="right", marker="A"),
+        remark("missing", "all of it"),
+    )
+    take = dataclasses.replace(a_take(rng), first_frame=995, remarks=told)
+    write_session(tmp_path / "take.h5", take)
+    with h5py.File(tmp_path / "take.h5") as file:
+        assert file["events/start"][-2:].tolist() == [1000, 995]
+        assert file["events/stop"][-2:].tolist() == [1002, 994 + take.frames]
+    fit, missing = read_session(tmp_path / "take.h5").events[-2:]
+    assert (fit.start, fit.stop) == (5, 8)
+    assert (fit.kind, fit.model, fit.marker) == ("fit", "right", "A")
+    assert (missing.start, missing.stop) == (0, take.frames)
+    again = dataclasses.replace(read_session(tmp_path / "take.h5"), remarks=told)
+    assert again.told == again.events  # each once
+
+
+def test_events_of_a_session_without_kinds_are_known_by_what_it_wrote(rng, tmp_path):
+    texts = ("gap in R:A: filled by coupled", "gap of B", "swap")
+    events = tuple(Event(start=0, stop=1, text=text) for text in texts)
+    write_session(tmp_path / "a.h5", dataclasses.replace(a_take(rng), events=events))
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert set(file["events"]) == {"start", "stop", "text"}
+    back = read_session(tmp_path / "a.h5").events
+    assert [(e.kind, e.marker) for e in back] == [
+        ("gap", "R:A"),
+        ("lost", "B"),
+        ("", ""),
+    ]

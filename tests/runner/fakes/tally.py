@@ -16,6 +16,7 @@ from handclean.errors import (
     TakeNumber,
     UsageError,
 )
+from handclean.remarks import remark
 from handclean.runner import noted, seeding
 from handclean.runner.outcome import Outcome
 
@@ -34,7 +35,7 @@ def tally(source, settings):
     words = text.split()
     if "read" in words:
         for part in source if isinstance(source, tuple) else (source,):
-            noted.note(part.path, ("was read oddly",))
+            noted.note(part.path, (remark("note", "was read oddly", file=part.path),))
     act(source, *words[:3])
     figures = {"words": len(words), "draw": rng.random(), "gap": float("nan")}
 
@@ -51,19 +52,19 @@ def tally(source, settings):
         if words[:1] == ["unfit"]:
             raise FileError(path, "cannot hold this")
         if words[:1] == ["lossy"]:
-            return ("angles are left out",)
+            return (remark("not-kept", "angles are left out"),)
         return None
 
-    warnings = ("is odd",) if "odd" in words else ()
+    remarks = (remark("note", "is odd", words=len(words)),) if "odd" in words else ()
     if "read" in words:
-        warnings += ("was read oddly",)
+        remarks += (remark("note", "was read oddly"),)
     if words[:1] == ["evil"]:
-        warnings = (f"marker '{EVIL * 100}' is odd",)
+        remarks = (remark("labels", f"marker '{EVIL * 100}' is odd"),)
     return Outcome(
         line=f"{len(words)} words" + EVIL * ("evil" in words),
         details=EVIL if "evil" in words else "",
         figures=figures,
-        warnings=warnings,
+        remarks=remarks,
         writers=(write,) if settings != "print" else (),
         history=() if isinstance(source, tuple) else RECORDS.of(source.path),
     )

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scanned import coarse_start, scanned
+from told import texts
 
 from handclean.errors import HandcleanError, UsageError
 from handclean.hand.model import joint_positions
@@ -91,7 +92,7 @@ def test_the_report_says_what_was_done(fit):
     assert max(report.landmarks_away_m.values()) < 0.012
     assert 0.0003 < report.fit_mean_m < 0.0007  # the scan's noise
     assert 0.85 < report.covered <= 1.0
-    assert report.warnings == ()
+    assert texts(report.remarks) == ()
     assert len(said) > 15
 
 
@@ -113,7 +114,7 @@ def test_points_alone_are_enough_and_what_is_missing_is_said():
     marks = {k: v for k, v in truth.marks.items() if k != "ring_tip"}
     fitted = fit_scan(Scan(points=truth.scan.points), marks, QUICK, start=start)
     assert skin_off(fitted.registered.vertices, truth).mean() < 0.0006
-    told = " ".join(fitted.report.warnings)
+    told = " ".join(texts(fitted.report.remarks))
     for word in ("no colors", "no normals", "ring_tip"):
         assert word in told
 
@@ -148,7 +149,7 @@ def test_landmarks_that_are_let_pass_and_are_wrong_are_warned_of(pair):
     else:
         marks[one], marks[two] = marks[two], marks[one]
     report = fit_scan(truth.scan, marks, QUICK, start=start).report
-    (told,) = report.warnings
+    (told,) = texts(report.remarks)
     assert one in told
     assert "are they named right?" in told
     assert report.landmarks_away_m[one] > 0.01

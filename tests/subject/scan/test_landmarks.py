@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from told import texts
 
 from handclean.errors import HandcleanError, UnknownNameError
 from handclean.subject.scan.landmarks import checked, doubtful, expect_alike, expect_on
@@ -66,8 +67,8 @@ def test_exchanged_and_far_landmarks_are_told_apart():
     template = 0.1 * np.eye(4, 3)
     places = template[[1, 0, 2, 3]].copy()
     places[3] += [0.0, 0.0, 0.020]
-    (told,) = doubtful(KNOWN, places, template, 1.0)
+    (told,) = texts(doubtful(KNOWN, places, template, 1.0))
     assert f"{KNOWN[0]} and {KNOWN[1]} would fit better exchanged" in told
     assert f"{KNOWN[3]} lies 20 mm from where it should" in told
     assert KNOWN[2] not in told
-    assert f"{KNOWN[3]} lies" not in doubtful(KNOWN, places, template, 1.6)[0]
+    assert f"{KNOWN[3]} lies" not in doubtful(KNOWN, places, template, 1.6)[0].text

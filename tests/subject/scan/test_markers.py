@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from people import as_take, exercise
+from told import texts
 
 from handclean.errors import HandcleanError, UsageError
 from handclean.hand.marker_set import load_marker_set
@@ -90,7 +91,7 @@ def test_a_neutral_take_places_markers_to_a_millimetre_or_two(rng):
     assert after.mean() < 0.7 * before.mean()
     assert found.rms_m < 0.0005
     assert found.start_rms_m > 0.002
-    assert found.words == ()
+    assert texts(found.remarks) == ()
     angles = np.degrees(found.poses[:, 7:] - pose[7:])
     assert np.abs(angles).mean() < 6.0
 

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scanned import coarse_start, scanned
+from told import texts
 
 from handclean.errors import HandcleanError
 from handclean.subject.scan.prepare import oriented, prepared
@@ -31,7 +32,7 @@ def test_the_table_goes_by_its_color(truth):
     assert on_table(truth, found.scan.points) == 0
     assert found.colored > 100
     assert len(found.scan.points) > 5500
-    assert found.words == ()
+    assert texts(found.remarks) == ()
 
 
 def test_without_colors_most_of_a_sparse_table_goes_for_being_lonely(truth):
@@ -39,7 +40,7 @@ def test_without_colors_most_of_a_sparse_table_goes_for_being_lonely(truth):
     left = on_table(truth, found.scan.points)
     assert left < 0.2 * (left + found.apart + found.lonely)
     assert found.apart + found.lonely > 100
-    assert "no colors" in found.words[0]
+    assert "no colors" in texts(found.remarks)[0]
 
 
 def test_dark_skin_is_found_by_the_landmarks(truth):
@@ -48,14 +49,14 @@ def test_dark_skin_is_found_by_the_landmarks(truth):
     found = prepared(replace(truth.scan, colors=dark), marks(truth), SETTINGS)
     assert on_table(truth, found.scan.points) == 0
     assert len(found.scan.points) > 5500
-    assert "colors like theirs" in found.words[0]
+    assert "colors like theirs" in texts(found.remarks)[0]
 
 
 def test_points_that_are_no_places_are_left_out_and_told(truth):
     points = truth.scan.points.copy()
     points[5:12] = np.nan
     found = prepared(replace(truth.scan, points=points), marks(truth), SETTINGS)
-    assert "7 points" in found.words[0]
+    assert "7 points" in texts(found.remarks)[0]
     assert np.isfinite(found.scan.points).all()
 
 
@@ -83,7 +84,7 @@ def test_inverted_normals_are_turned_round_and_told(truth, hand):
     inverted = replace(hand, normals=-3.0 * hand.normals)
     cloud, words = oriented(inverted, truth.places, coarse_start().surface)
     np.testing.assert_allclose(cloud.normals, hand.normals, atol=1e-9)
-    assert "look into the hand" in words[0]
+    assert "look into the hand" in words[0].text
 
 
 def test_normals_that_look_both_ways_are_sorted_out(truth, hand, rng):
@@ -92,7 +93,7 @@ def test_normals_that_look_both_ways_are_sorted_out(truth, hand, rng):
     cloud, words = oriented(mixed, truth.places, coarse_start().surface)
     agree = np.einsum("pk,pk->p", cloud.normals, hand.normals) > 0.0
     assert agree.mean() > 0.99
-    assert "look into the hand" in words[0]
+    assert "look into the hand" in words[0].text
 
 
 def test_missing_normals_are_found_from_planes(truth, hand):
@@ -102,7 +103,7 @@ def test_missing_normals_are_found_from_planes(truth, hand):
     agree = np.einsum("pk,pk->p", cloud.normals, hand.normals)
     assert np.median(agree) > 0.97
     assert (agree > 0.0).mean() > 0.99
-    assert "no normals" in words[0]
+    assert "no normals" in words[0].text
 
 
 def test_single_missing_normals_are_found_from_planes(truth, hand):
@@ -113,4 +114,4 @@ def test_single_missing_normals_are_found_from_planes(truth, hand):
         replace(hand, normals=normals), truth.places, coarse_start().surface
     )
     np.testing.assert_allclose(np.linalg.norm(cloud.normals, axis=1), 1.0)
-    assert "20 points have no normal" in words[0]
+    assert "20 points have no normal" in words[0].text
