@@ -124,7 +124,7 @@ def _unseen(recording: Recording, subject: Subject) -> str:
 def expect_sides(
     recording: Recording, found: Mapping[str, Subject], prior: PosturePrior | None
 ) -> None:
-    """Expect solved hands to be of their subjects' sides; see `mirror`."""
+    """Expect solved hands to be of their subjects' sides; see `wrong_side`."""
     for name, subject in found.items():
         residual = recording.motions[name].residual
         assert residual is not None

@@ -19,7 +19,7 @@ What they leave open is decided here:
   same trial says how far off an interpolation of that length is, hence ``sigma``.
 - A model never fits exactly, so losing a marker would pull the posture elsewhere by a
   step. What is left over between model and markers is therefore carried through each
-  gap (`leftovers`): on a hand calibrated 6 mm wrong this took the error of 0.1 s gaps
+  gap (`offsets`): on a hand calibrated 6 mm wrong this took the error of 0.1 s gaps
   from 8 to 1.2 mm, and the steps at their ends away.
 - A chain may have an elbow up and an elbow down for one place of its marker. In a gap
   the posture is looked for from what joins both ends, and joints that jump nonetheless

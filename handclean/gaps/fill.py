@@ -26,7 +26,7 @@ from handclean.recording import Event, Motion, Recording, motion_from_poses
 
 FILLERS: dict[str, Filler] = {
     "min-acceleration": follow_posture.follow,
-    "coupled": follow_posture.follow,
+    "coupled": follow_posture.follow,  # of another posture, see `bridge_posture`
     "linear": baselines.linear,
     "cubic": baselines.cubic,
     "spline": baselines.spline,
@@ -95,7 +95,7 @@ def fill(
 
     The take is solved anew from its measured samples; samples filled earlier count as
     missing, so that filling twice is filling once. Measured samples come back bit for
-    bit. What a tracker rejected (origin 3) and a fill replaces goes to the unlabelled
+    bit. A rejected sample (origin 3) that a fill replaces moves to the unlabelled
     points. Samples filled by the default method have a sigma: how far from the truth
     to expect them, per axis. The bridged motion comes with the take, and
     ``angles_sigma``: what markers, paths and prior leave open and the constant error of
@@ -202,8 +202,9 @@ def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
             except Refused as no:
                 why = str(no)
             if not why and FILLERS[method] is follow_posture.follow:
-                distance = scene.posture.marker_variance[rows, gap.column]
-                variance = distance / 3.0 + scene.posture.leftovers.at(gap.frames)
+                square = scene.posture.marker_variance[rows, gap.column]
+                # square [m^2] is of the distance: a third of it is that of one axis.
+                variance = square / 3.0 + scene.posture.leftovers.at(gap.frames)
                 sigma[rows, gap.column] = np.sqrt(variance)
         judged.append(replace(gap, refused=why))
     return _Filled(gaps=judged, places=places, sigma=sigma)
@@ -218,9 +219,10 @@ def _doubt(
     prior: PosturePrior | None,
     nominal_m: float,
 ) -> AngleUncertainty:
-    """How uncertain angles are, but for their zeros.
+    """How uncertain angles are, without the constant offset of each angle.
 
-    See `uncertainty_of_take`; what is bridged is as sure as its path.
+    See `uncertainty_of_take`; what is bridged is as sure as its path. A 0 for a bridged
+    frame says that its path has been judged already.
     """
     found = uncertainty_of_take(
         subject, positions, posture.poses, solution, noise, prior, nominal_m
@@ -244,9 +246,12 @@ def _motion(
 ) -> Motion:
     """Return the bridged motion.
 
-    It is trusted where root and hinges are decided (`DECIDED_SD`), by markers and prior
-    as in `solve` or by a bridge (without a prior: where the root is), and the residual
-    is one the subject's markers may have.
+    A frame is trusted if all of these hold:
+
+    - markers and prior decide the posture, as in `solve`, or it was bridged;
+    - the root is known;
+    - with a prior, no doubt about root or hinges is beyond `DECIDED_SD`;
+    - the residual is one that the subject's markers may have.
     """
     square = np.sum(away * away, axis=2)
     seen = np.isfinite(square)
@@ -254,7 +259,7 @@ def _motion(
     mean = np.nansum(square, axis=1) / np.maximum(count, 1)
     residual = np.where(count > 0, np.sqrt(mean), np.nan)
     sigma = uncertainty.hinges
-    known = solution.trusted | posture.bridged_root
+    known = solution.decided | posture.bridged_root
     if prior:
         known |= posture.bridged.any(axis=1)
         known &= (uncertainty.root <= DECIDED_SD.root_rad) & (

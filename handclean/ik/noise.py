@@ -31,15 +31,15 @@ def marker_noise(
     known : (M,) [m] RMS residuals from a calibration, NaN where there are none; the
         larger of the two counts.
     """
-    trusted = solution.trusted | ~solution.trusted.any()
+    decided = solution.decided | ~solution.decided.any()
     away = positions - marker_positions(model, solution.poses)
-    away[~trusted] = np.nan
+    away[~decided] = np.nan
     square = np.sum(away * away, axis=2)
     count = np.isfinite(square).sum(axis=0)
     rms = np.sqrt(np.nansum(square, axis=0) / np.maximum(count, 1))
     rms[count == 0] = np.median(rms[count > 0]) if np.any(count > 0) else 0.0
     numbers = 3 * int(count.sum())
-    left = numbers - int(trusted.sum()) * model.tree.dofs
+    left = numbers - int(decided.sum()) * model.tree.dofs
     least = MIN_NOISE_M if left > 0 else UNDETERMINED_NOISE_M
     absorbed = np.sqrt(max(numbers, 1) / max(left, numbers / MAX_ABSORPTION**2, 1))
     noise = absorbed * np.fmax(rms, known) / np.sqrt(3.0)

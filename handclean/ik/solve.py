@@ -30,8 +30,15 @@ from handclean.kernels.gauss_newton import (
 )
 from handclean.recording import Recording
 
-MIN_NOISE_M = 1e-4
-"""[m] noise of the markers per axis is not taken to be less. Chosen."""
+MIN_TAKE_NOISE_M = 1e-4
+"""[m] noise of all markers of a take per axis is not taken to be less. Chosen."""
+
+MEAN_WITHOUT_PRIOR = 0.3
+"""Share of the middle of each hinge's limits that stands for the mean posture where
+there is no prior: a hand a little bent. Chosen."""
+
+FIST_SHARES = (0.35, 0.75)
+"""Shares of the largest flexion that make a half and a closed fist. Chosen."""
 
 NOISE_FRAMES = 200
 """Frames from which the noise of a take is estimated, about. Chosen."""
@@ -46,15 +53,16 @@ class Solution:
     poses : (T, 7 + D) pose rows.
     residual : (T,) [m] RMS over the markers measured in that frame; NaN without any.
     opened : (T, D) hinges the markers of that frame do not decide.
-    trusted : (T,) whether root and hinges are decided, by the markers or by them and
-        the prior; without a prior, whether the markers decide the root.
+    decided : (T,) whether root and hinges are decided, by the markers or by them and
+        the prior; without a prior, whether the markers decide the root. A frame is
+        trusted if its residual is plausible as well, see `handclean.ik.take`.
     steps : (T,) Gauss-Newton steps taken.
     """
 
     poses: Floats
     residual: Floats
     opened: Bools
-    trusted: Bools
+    decided: Bools
     steps: Ints
 
 
@@ -82,7 +90,7 @@ def prior_arrays(model: Model, prior: PosturePrior | None) -> tuple[Floats, Floa
     mean, basis = np.zeros(len(hinges)), np.zeros((len(hinges), directions))
     if prior is None:
         middle: Floats = model.tree.limits.mean(axis=1)
-        return 0.3 * middle, basis
+        return MEAN_WITHOUT_PRIOR * middle, basis
     for row, name in enumerate(hinges):
         if name in prior.names:
             known = prior.names.index(name)
@@ -95,7 +103,7 @@ def start_postures(model: Model, mean: Floats) -> Floats:
     """(S, D) [rad] the mean posture, the flat hand, a half and a fully closed fist."""
     limits = model.tree.limits
     flexes = np.array(["flexion" in name for name in model.tree.hinges])
-    fists = [np.where(flexes, share * limits[:, 1], 0.0) for share in (0.35, 0.75)]
+    fists = [np.where(flexes, share * limits[:, 1], 0.0) for share in FIST_SHARES]
     starts = np.array([mean, np.zeros_like(mean), *fists])
     clipped: Floats = np.clip(starts, limits[:, 0], limits[:, 1])
     return clipped
@@ -155,7 +163,7 @@ def solve_markers(
         poses=fit.poses,
         residual=fit.residual,
         opened=fit.opened,
-        trusted=fit.decided,
+        decided=fit.decided,
         steps=fit.steps,
     )
 
@@ -167,12 +175,14 @@ def decided(
     prior: PosturePrior | None,
     settings: SolveConfig | None = None,
 ) -> Bools:
-    """(T,) whether markers and a prior decide postures solved elsewhere: see `decide`.
+    """(T,) whether markers and a prior decide given postures, see `decide`.
+
+    The labeller's postures are judged so.
 
     Parameters
     ----------
     positions : (T, M, 3) [m], NaN where missing; poses : (T, 7 + D).
-    prior : without one, three markers in sight do.
+    prior : without one, a frame with three markers counts as decided.
     """
     settings, prior = settings or SolveConfig(), knowing(prior, model.tree.hinges)
     enough = np.isfinite(positions).all(axis=2).sum(axis=1) >= MIN_MARKERS
@@ -206,11 +216,11 @@ def _noise(model: Model, targets: Floats, residual: Floats) -> float:
     """[m] noise of the markers per axis, from the residuals of some frames."""
     solved = np.flatnonzero(np.isfinite(residual))
     if len(solved) == 0:
-        return MIN_NOISE_M
+        return MIN_TAKE_NOISE_M
     solved = solved[:: max(len(solved) // NOISE_FRAMES, 1)]
     seen = np.asarray(np.isfinite(targets[solved]).all(axis=2))
     square = residual[solved] ** 2 / (3.0 * share_left(model, seen))
-    return max(float(np.sqrt(np.median(square))), MIN_NOISE_M)
+    return max(float(np.sqrt(np.median(square))), MIN_TAKE_NOISE_M)
 
 
 def markers_of(

@@ -55,7 +55,7 @@ def solve(
         solution.poses,
         angles_sigma=np.sqrt(sigma**2 + zero_sigma(subject) ** 2),
         residual=solution.residual,
-        trusted=solution.trusted & near,
+        trusted=solution.decided & near,
     )
     return replace(
         recording,

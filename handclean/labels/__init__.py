@@ -10,20 +10,22 @@ A take's way through this package, in order:
    each cluster (`search.orientations`, `search.icp`), then assigns points and solves
    for the pose in turns (`track.fit.assign_and_solve`).
 3. `track_take.track_take` tracks the hand from there to both ends of the take, and
-   finds it again where it was lost. `track.links.path_links` links points to paths.
-   `track.frames.track_frames` goes from frame to frame:
+   finds it again where it was lost. `track.links.path_links` links points of successive
+   frames to paths, by nearness alone. `track.frames.track_frames` goes from frame to
+   frame:
    - `track.prediction` says where each marker is expected, and how sure that is: this
      is where gates widen for a marker out of sight;
    - `track.assign.assign_points` assigns points within these gates, with the links'
      costs (`track.links.add_link_costs`);
    - `track.outliers.reject_outliers` refuses ghosts: points beyond a marker's threshold
      (`track.residual_gate`) after the fit;
-   - `track.recovery.recover_pose` tries other poses where the fit is poor, with single
-     fingers restarted, searched for or exchanged (`track.alternatives`);
+   - `track.other_poses.recover_pose` tries other poses where the fit is poor, with
+     single fingers restarted, searched for or exchanged (`track.alternatives`);
    - `track.outliers.accept_reappearing` takes markers back that were out of sight;
    - `track.record.record_frame` writes the frame.
-4. `review.repair` tracks stretches again that fit poorly, and `review.review` tries
-   paths of points under other names (settings ``repair`` and ``review``).
+4. Still in `track_take`, `review.repair` tracks stretches again that fit poorly, and
+   `review.review` tries paths of points under other names (settings ``repair`` and
+   ``review``).
 5. `checks` ask whether the result can be right: enough markers of the hand
    (`evidence`), the unit of length (`unit`), the other hand (`side`).
 

@@ -17,15 +17,15 @@ from handclean.remarks import Remark
 from handclean.runner import (
     conditions,
     interrupts,
-    noted,
     outputs,
     provenance,
+    read_remarks,
     records,
     terminal,
 )
 from handclean.runner.batch import Report, Source, Task
 from handclean.runner.command import Work
-from handclean.runner.notice import Notice, silent, watching
+from handclean.runner.compiling import Notice, silent, watching
 from handclean.runner.outcome import Outcome
 from handclean.runner.outputs import State
 from handclean.runner.places import written_by
@@ -40,10 +40,10 @@ def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
     ``notice`` is called when a kernel is about to be compiled.
     """
     started = time.perf_counter()
-    with noted.collected() as odd:
+    with read_remarks.collected() as odd:
         report = _attempt(work, task, notice)
     if report.status == "failed":
-        report = replace(report, remarks=noted.all_of(odd))
+        report = replace(report, remarks=read_remarks.all_of(odd))
     seconds = round(time.perf_counter() - started, 3)
     return replace(report, about=task.about, seconds=seconds)
 
@@ -191,7 +191,7 @@ def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
             try:
                 outcome = step(given, work.settings)
             finally:
-                noted.note(None, broken)
+                read_remarks.note(None, broken)
     told = dict.fromkeys((*broken, *outcome.remarks))
     outcome = replace(outcome, remarks=tuple(told))
     unknown = [n for n in outcome.figures if not conditions.is_known(n, module.FIGURES)]

@@ -20,11 +20,11 @@ from handclean.runner import (
 )
 from handclean.runner.batch import Batch, Report, Task
 from handclean.runner.command import Work
+from handclean.runner.compiling import Once, silent
 from handclean.runner.conditions import Condition
 from handclean.runner.console import Console
 from handclean.runner.execute import execute, figures_of
 from handclean.runner.manifest import Line
-from handclean.runner.notice import Once, silent
 from handclean.runner.workers import in_workers
 
 Reports = Generator[tuple[int, Report], None, None]

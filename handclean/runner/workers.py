@@ -18,9 +18,9 @@ from multiprocessing.context import SpawnProcess
 from handclean.runner import outputs, terminal
 from handclean.runner.batch import Report, Task
 from handclean.runner.command import Work
+from handclean.runner.compiling import Notice, Once, silent
 from handclean.runner.execute import execute, gone
 from handclean.runner.interrupts import blocked, held_back
-from handclean.runner.notice import Notice, Once, silent
 
 
 @dataclass

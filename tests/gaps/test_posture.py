@@ -339,7 +339,7 @@ class Elbows:
             poses=solved,
             residual=np.zeros(frames),
             opened=np.zeros((frames, solved.shape[1] - 7), dtype=bool),
-            trusted=np.ones(frames, dtype=bool),
+            decided=np.ones(frames, dtype=bool),
             steps=np.zeros(frames, dtype=np.int64),
         )
         take = SolvedTake(

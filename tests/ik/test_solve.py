@@ -67,7 +67,7 @@ def test_noiseless_markers_give_the_angles_back_in_any_orientation(subject, rng)
         poses = smooth_poses(subject.model.tree, 40, rng)
         markers = marker_positions(subject.model, poses)
         found = solve_markers(subject.model, markers)
-        assert found.trusted.all()
+        assert found.decided.all()
         assert found.residual.max() < 2e-6
         np.testing.assert_allclose(found.poses[:, 7:], poses[:, 7:], atol=2e-3)
 
@@ -146,8 +146,8 @@ def test_a_frame_without_markers_keeps_its_pose_and_is_not_trusted(subject, rng)
     markers = marker_positions(subject.model, poses)
     markers[7:10] = np.nan
     found = solve_markers(subject.model, markers)
-    assert not found.trusted[7:10].any()
-    assert found.trusted[10:].all()
+    assert not found.decided[7:10].any()
+    assert found.decided[10:].all()
     assert np.isnan(found.residual[7:10]).all()
     np.testing.assert_array_equal(found.poses[9], found.poses[6])
     np.testing.assert_allclose(found.poses[10, 7:], poses[10, 7:], atol=2e-3)
@@ -224,7 +224,7 @@ def test_six_markers_and_a_prior_are_trusted_where_they_are_right(rng):
         markers += rng.normal(scale=2e-4, size=markers.shape)
         found = solve_markers(sparse, markers, prior=prior)
         away.append(np.abs(found.poses - poses)[:, 7:].max(axis=1))
-        trusted.append(found.trusted)
+        trusted.append(found.decided)
     away, trusted = np.concatenate(away), np.concatenate(trusted)
     assert trusted.mean() > 0.25
     assert np.mean(away[trusted] > 1.0) < 0.1
@@ -248,4 +248,4 @@ def test_a_finger_without_markers_is_not_trusted_with_a_prior(finger, subject, r
     gone = [n for n, label in enumerate(subject.model.labels) if finger in label]
     markers[20:40, gone] = np.nan
     found = solve_markers(subject.model, markers, prior=read_prior())
-    np.testing.assert_array_equal(found.trusted, (np.arange(60) // 20) != 1)
+    np.testing.assert_array_equal(found.decided, (np.arange(60) // 20) != 1)

@@ -12,7 +12,7 @@ from handclean.hand.surface import Surface
 from handclean.io import files
 from handclean.recording import Recording
 from handclean.remarks import Remark
-from handclean.runner import noted
+from handclean.runner import read_remarks
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome, Writer
 
@@ -43,7 +43,7 @@ def read(source: Source) -> Recording:
 
 def remember(source: Source, recording: Recording) -> Recording:
     """Return a take; what is odd about it is told should the task fail."""
-    noted.note(source.path, recording.remarks)
+    read_remarks.note(source.path, recording.remarks)
     return recording
 
 

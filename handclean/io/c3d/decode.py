@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from handclean.arrays import Bytes
 from handclean.errors import UsageError
 from handclean.io.c3d.columns import as_slice
-from handclean.io.c3d.filled import apply_marks, read_marks
+from handclean.io.c3d.filled_list import apply_marks, read_marks
 from handclean.io.c3d.remarks import some_of
 from handclean.io.c3d.samples import (
     Coding,

@@ -62,7 +62,7 @@ class Writing:
     analog : (T, words) file words, or None where the source's are copied.
     turn : what one radian is in an angle's coordinate.
     unrecorded : whether all fourth words are 0 where there is a point, as in the
-        source; `handclean.io.c3d.filled` says what was filled.
+        source; `handclean.io.c3d.filled_list` says what was filled.
     remarks : what the file cannot hold or how it was met, one each.
     """
 

@@ -30,9 +30,9 @@ untouched that no step has changed.
 The modules, each on those before: `numbers` (processors), `parameters` and `edit` (the
 parameter section), `samples` (the four words of a point), `layout` (which of a file's
 claims are true), `head`, `remarks`, `structure` (a file opened), `scale`; `columns`,
-`draft`, `filled` (what was filled) for both; `decode`, `analog`, `events` for reading;
-`rewrite`, `new`, `write` for writing; `inspect`; `witness`, `verdict` and `verify` for
-the comparison with the ``c3d`` package.
+`draft`, `filled_list` (what was filled) for both; `decode`, `analog`, `events` for
+reading; `rewrite`, `new`, `write` for writing; `inspect`; `witness`, `verdict` and
+`verify` for the comparison with the ``c3d`` package.
 """
 
 import re

@@ -17,7 +17,13 @@ from handclean.io.c3d.draft import (
     with_angles,
 )
 from handclean.io.c3d.edit import with_floats, with_shorts, with_strings, without_group
-from handclean.io.c3d.filled import GROUP, NO_MARKS, is_unrecorded, marks_of, with_marks
+from handclean.io.c3d.filled_list import (
+    GROUP,
+    NO_MARKS,
+    is_unrecorded,
+    marks_of,
+    with_marks,
+)
 from handclean.io.c3d.head import (
     Head,
     with_frames,

@@ -15,7 +15,7 @@ coordinate is not finite.
 Word 0 says that a point was interpolated, filtered or otherwise computed. It is
 believed (`Origin.FILLED`) in files that hold other words as well; where all words are
 0, residuals were just not recorded and the points count as measured, but for those
-that handclean lists (`handclean.io.c3d.filled`).
+that handclean lists (`handclean.io.c3d.filled_list`).
 """
 
 from dataclasses import dataclass, field
@@ -93,7 +93,8 @@ class Tally:
     zeros : points at (0, 0, 0) not marked missing, by column.
     extreme : integer coordinates at the end of their range.
     believed : whether marks that every point is missing are passed over.
-    listed : that `handclean.io.c3d.filled` lists as filled; -1 if those are others.
+    listed : that `handclean.io.c3d.filled_list` lists as filled; -1 if those are
+    others.
     """
 
     samples: int = 0

@@ -19,7 +19,7 @@ rejected   -1 with zeros for coordinates
 =========  ====================================================================
 
 Where the source's fourth words are all 0 (residuals were not recorded), so are those of
-all points, and `handclean.io.c3d.filled` lists what was filled.
+all points, and `handclean.io.c3d.filled_list` lists what was filled.
 """
 
 from collections.abc import Iterator

@@ -10,8 +10,8 @@ For every frame
    from the model than their threshold are left out, the worst first (`outliers`,
    `residual_gate`);
 4. where that leaves a fit that is not what this hand usually has, `recover_pose` tries
-   other starts (`recovery`, `alternatives`); where they fail too, the target is lost,
-   and the caller looks for it anew;
+   other starts (`other_poses`, `alternatives`); where they fail too, the target is
+   lost, and the caller looks for it anew;
 5. `reassign_missing` gives points to the markers that have none, and
    `accept_reappearing` fits the pose to them as well: those that stay below their
    threshold, and push no other above its own, are accepted;
@@ -38,6 +38,7 @@ from handclean.labels.track.fit import (
     solve_pose,
 )
 from handclean.labels.track.links import learn_link_trust
+from handclean.labels.track.other_poses import recover_pose
 from handclean.labels.track.outliers import (
     accept_reappearing,
     count_lost,
@@ -53,7 +54,6 @@ from handclean.labels.track.prediction import (
     prediction_variance,
 )
 from handclean.labels.track.record import record_frame
-from handclean.labels.track.recovery import recover_pose
 from handclean.labels.track.state import (
     ANCHOR,
     FrameSequence,
@@ -65,10 +65,10 @@ from handclean.labels.track.state import (
 from handclean.labels.track.tracker import Tracker, TrackRules
 
 MANY_LOST = 3
-"""Markers that lose their points in one frame that make a fit doubtful. Chosen."""
+"""If so many markers lose their points in one frame, the fit is doubtful. Chosen."""
 
 RECOVERY_GATE_PER_REACH = 3.0
-"""Gate of `recover_pose`, per the farthest that a marker reappears. Chosen."""
+"""Gate of `recover_pose`, in units of the setting ``reach_m``. Chosen."""
 
 NO_FIT_COST = 1e9
 """Stands for the cost of a pose that fits too few points; any fit is better."""
@@ -116,7 +116,8 @@ def track_frame(
 ) -> bool:
     """Track a target into the next frame, see the module; return whether it is there.
 
-    It is there, too, in a frame that shows too few points, unless many did before.
+    It is there, too, in a frame that shows too few points, unless too many frames on
+    end did (``lost_after``).
     """
     points, rules = frame_points(sequence, t), tracker.rules
     state.last_pose[:] = state.pose
@@ -219,7 +220,7 @@ def recover_frame(
         variance = prediction_variance(state.frozen, stats, tracker.chain, rules, 1.0)
         pairs = pair_costs(points, places, variance, stats.unseen, rules)
         rate_labels(pairs, state.chosen, state.confidence)
-        state.role[:] = ANCHOR
+        state.role[:] = ANCHOR  # the trials are over: every marker holds its point
         return reject_outliers(state, stats, tracker)
     if fit.assigned >= MIN_POINTS:
         return solve_pose(state.pose, tracker.no_basis, state, tracker)

@@ -15,7 +15,7 @@ from handclean.labels.track.fit import (
     observe_points,
     solve_pose,
 )
-from handclean.labels.track.recovery import align_rigidly, recover_pose
+from handclean.labels.track.other_poses import align_rigidly, recover_pose
 
 GATE_M = 0.1
 

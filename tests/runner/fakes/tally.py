@@ -17,7 +17,7 @@ from handclean.errors import (
     UsageError,
 )
 from handclean.remarks import remark
-from handclean.runner import noted, seeding
+from handclean.runner import read_remarks, seeding
 from handclean.runner.outcome import Outcome
 
 EVIL = "\x1b]0;title\x07\u202e"
@@ -35,7 +35,9 @@ def tally(source, settings):
     words = text.split()
     if "read" in words:
         for part in source if isinstance(source, tuple) else (source,):
-            noted.note(part.path, (remark("note", "was read oddly", file=part.path),))
+            read_remarks.note(
+                part.path, (remark("note", "was read oddly", file=part.path),)
+            )
     act(source, *words[:3])
     figures = {"words": len(words), "draw": rng.random(), "gap": float("nan")}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from told import texts
 
-from handclean.io.c3d.filled import Marks, read_marks, with_marks
+from handclean.io.c3d.filled_list import Marks, read_marks, with_marks
 from handclean.io.c3d.inspect import inspect_c3d
 from handclean.io.c3d.numbers import Processor
 from handclean.io.c3d.parameters import Section, parse_section
@@ -172,7 +172,7 @@ def test_long_runs_late_frames_and_many_gaps_are_listed():
 def test_a_list_that_has_no_room_is_not_written(rng, read, monkeypatch):
     runs = np.array([[0, 3 * n, 1] for n in range(20_000)])
     assert with_marks(empty(), Marks(runs=runs, crc=1)) is None
-    monkeypatch.setattr("handclean.io.c3d.filled._ROOM", 1 << 20)
+    monkeypatch.setattr("handclean.io.c3d.filled_list._ROOM", 1 << 20)
     content, notes = written(filled(read(silent(rng)), (1, 10, 15)))
     assert any("which samples are filled is not kept" in note for note in notes)
     assert read(content).frames == FRAMES

@@ -6,7 +6,7 @@ from multiprocessing import get_context
 import numba
 import pytest
 
-from handclean.runner.notice import Once, silent, watching
+from handclean.runner.compiling import Once, silent, watching
 
 
 @pytest.fixture(autouse=True)
