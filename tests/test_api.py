@@ -154,7 +154,7 @@ def test_a_setting_that_does_not_exist_is_an_error_with_a_suggestion(folder):
             function(take, subject, **wrong)
     with pytest.raises(UsageError, match="iterations should be an int"):
         hc.solve(take, subject, iterations=0.5)
-    with pytest.raises(UsageError, match="seed should be >= 0"):
+    with pytest.raises(UsageError, match="seed should be 0 or more"):
         hc.simulate("free", seed=-1)
 
 

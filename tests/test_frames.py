@@ -22,6 +22,7 @@ READ = {
     ("io/shared/reading.py", "numbers[row - 1]"),
     ("io/hdf5/session.py", "first"),
     ("io/text/vendors.py", "first"),
+    ("io/c3d/verdict.py", "', '.join(runs)"),  # counted from the first frame's
 }
 """Numbers that were read as they are from a file's own column or header."""
 

@@ -26,7 +26,8 @@ def others(setting):
     elif setting.kind is bool:
         yield not default
     elif setting.kind is str:
-        yield from (*setting.words, "left", "maycock26", "han19", "cyberglove18")
+        known = () if setting.words is None else setting.words.known
+        yield from (*known, "left", "maycock26", "han19", "cyberglove18")
         yield "another"
     else:
         yield from (2 * default + 1, default / 2, default + 1, default - 1)

@@ -72,17 +72,17 @@ def test_frames_that_are_not_trusted_tell_only_where_none_is(model, rng):
     half = np.arange(50) < 25
     wild = positions.copy()
     wild[half] += 0.05
-    trusted = replace(solution, trusted=~half)
-    found = marker_noise(model, wild, trusted, nothing_known(model))
+    decided = replace(solution, decided=~half)
+    found = marker_noise(model, wild, decided, nothing_known(model))
     assert found.max() < 1e-3
-    lost = replace(solution, trusted=np.zeros(50, dtype=bool))
+    lost = replace(solution, decided=np.zeros(50, dtype=bool))
     assert marker_noise(model, wild, lost, nothing_known(model)).min() > 1e-2
 
 
 def test_where_poses_absorb_all_the_noise_has_a_floor_of_its_own(rng):
     few = template_subject(load_marker_set("hoyet6")).model
     positions, solution = solved(few, rng, 30, 0.0)
-    solution = replace(solution, trusted=np.ones(30, dtype=bool))
+    solution = replace(solution, decided=np.ones(30, dtype=bool))
     found = marker_noise(few, positions, solution, nothing_known(few))
     np.testing.assert_array_equal(found, UNDETERMINED_NOISE_M)
     known = np.full(6, 6e-3)

@@ -237,14 +237,14 @@ def test_three_markers_on_the_hand_are_not_trusted(rng):
     assert len(hand) == 3
     few = whole.model.selected(hand)
     markers = marker_positions(few, in_subspace(whole, prior, rng, 40))
-    assert not solve_markers(few, markers, prior=prior).trusted.any()
+    assert not solve_markers(few, markers, prior=prior).decided.any()
 
 
 @pytest.mark.parametrize("finger", ["THUMB", "INDEX", "MIDDLE", "RING", "LITTLE"])
 def test_a_finger_without_markers_is_not_trusted_with_a_prior(finger, subject, rng):
     poses = in_subspace(subject, read_prior(), rng, 60)
     markers = marker_positions(subject.model, poses)
-    assert solve_markers(subject.model, markers, prior=read_prior()).trusted.all()
+    assert solve_markers(subject.model, markers, prior=read_prior()).decided.all()
     gone = [n for n, label in enumerate(subject.model.labels) if finger in label]
     markers[20:40, gone] = np.nan
     found = solve_markers(subject.model, markers, prior=read_prior())

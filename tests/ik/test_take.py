@@ -48,7 +48,7 @@ def test_frames_whose_markers_cannot_be_the_subjects_are_not_trusted(
     index = [n for n, label in enumerate(subject.model.labels) if "INDEX" in label]
     positions[wrong, index[-1]] += 0.06
     take = as_take(positions, subject.model.labels)
-    assert solve_markers(subject.model, positions, prior=prior).trusted[~wrong].all()
+    assert solve_markers(subject.model, positions, prior=prior).decided[~wrong].all()
     solved = solve(take, subject, prior=prior).motions["right"]
     filled = fill(take, subject, prior=prior)[0].motions["right"]
     np.testing.assert_array_equal(solved.trusted, ~wrong)

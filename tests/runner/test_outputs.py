@@ -22,6 +22,7 @@ from handclean.runner.records import digest
 TALLY = tally()
 WORK = Work(command=TALLY)
 BEGUN = {"command": "c", "version": "1", "settings": {}, "inputs": [], "seed": 0}
+BEGUN |= {"warnings": [], "remarks": []}
 
 
 def task(*names):

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from handclean.arrays import runs
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.skinning import posed, project
@@ -207,7 +208,7 @@ def test_tracks_hold_every_sighting_once(seen, seed):
 def test_dropouts_are_as_frequent_as_asked_and_mostly_short(rng):
     seen = np.ones((20000, 30), dtype=bool)
     left = losses.dropouts(seen, 200.0, 0.2, rng)
-    found = [losses.runs(~left[:, m]) for m in range(30)]
+    found = [np.array(runs(~left[:, m])).reshape(-1, 2) for m in range(30)]
     lasts = np.concatenate([(r[:, 1] - r[:, 0]) / 200.0 for r in found])
     assert len(lasts) == pytest.approx(0.2 * 100.0 * 30, rel=0.15)
     assert 0.88 < (lasts < 0.36).mean() < 0.96
