@@ -69,7 +69,7 @@ def test_a_prior_that_knows_no_hinge_is_none(rng):
         seen[30:40, 6:] = np.nan  # hinges are open for a while
         with_it = solve_markers(subject.model, seen, prior=read_prior())
         without = solve_markers(subject.model, seen)
-        for part in ("poses", "residual", "opened", "trusted"):
+        for part in ("poses", "residual", "opened", "decided"):
             one, two = getattr(with_it, part), getattr(without, part)
             np.testing.assert_array_equal(one, two)
 
