@@ -7,7 +7,7 @@ What a program asks of a remark is in its kind, its place and its data; nothing 
 the text.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -174,3 +174,26 @@ def texts(remarks: Iterable[Remark]) -> tuple[str, ...]:
 def of_file(file: Path, remarks: Iterable[Remark]) -> tuple[Remark, ...]:
     """Return remarks about a file, those that name another left as they are."""
     return tuple(one.of_file(file) for one in remarks)
+
+
+def first_of(names: Sequence[str], most: int = 4) -> str:
+    """Return names for a text, "..." for those beyond so many.
+
+    Examples
+    --------
+    >>> first_of(["a", "b", "c"], 2)
+    'a, b, ...'
+    """
+    return ", ".join(names[:most]) + (", ..." if len(names) > most else "")
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """Return names for a text, and how many there are beyond so many.
+
+    Examples
+    --------
+    >>> listed(["a", "b", "c"], 2)
+    'a, b and 1 more'
+    """
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")

@@ -15,7 +15,6 @@ import handclean as hc
 from handclean.errors import UnknownSettingError, UsageError
 
 ROOT = Path(__file__).parents[1]
-COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0"
 FUNCTIONS = [
     *("read", "read_subject", "write", "inspect", "label", "fill_gaps", "solve"),
     *("clean", "calibrate_hand", "compare", "simulate"),
@@ -24,7 +23,6 @@ TOLD = ("provenance", "sha256", "events")
 """Parts of a session that say who made it, or what is odd."""
 
 
-@pytest.mark.skipif(not COMPILED, reason="takes minutes in plain Python")
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_the_example_of_a_function_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -101,7 +99,6 @@ STEPS = {
 """By command: the function, what is read, options, and the same as settings."""
 
 
-@pytest.mark.skipif(not COMPILED, reason="takes minutes in plain Python")
 @pytest.mark.parametrize("name", STEPS)
 def test_a_function_gives_the_arrays_of_its_command(name, folder):
     function, given, options, settings = STEPS[name]
@@ -114,7 +111,6 @@ def test_a_function_gives_the_arrays_of_its_command(name, folder):
     assert [entry["command"] for entry in made.provenance] == [name]
 
 
-@pytest.mark.skipif(not COMPILED, reason="takes minutes in plain Python")
 def test_steps_one_after_another_give_what_one_pass_gives(folder):
     take, subject = hc.read(folder / "take.c3d"), hc.read_subject(folder / "S01.h5")
     whole = hc.clean(take, subject)
@@ -134,7 +130,6 @@ def _written(take, path):
     return path
 
 
-@pytest.mark.skipif(not COMPILED, reason="takes minutes in plain Python")
 def test_a_result_carries_the_remarks_of_its_step(folder):
     take = hc.read(folder / "labelled.c3d")
     made = hc.solve(take, marker_set="maycock26")
@@ -197,9 +192,7 @@ def test_a_changed_subject_is_not_taken_for_the_one_in_the_file(folder):
     assert identity(same) == identity(replace(other, name="S01"))
 
 
-@pytest.mark.skipif(not COMPILED, reason="takes minutes in plain Python")
-def test_a_motion_is_a_table_where_pandas_is_there(folder):
-    pytest.importorskip("pandas")
+def test_a_motion_is_a_table_of_pandas(folder):
     take, subject = hc.read(folder / "labelled.c3d"), hc.read_subject(folder / "S01.h5")
     motion = hc.solve(take, subject).motions["right"]
     table = motion.to_dataframe()

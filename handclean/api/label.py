@@ -16,7 +16,7 @@ from handclean.labels.label import LabelFigures
 from handclean.labels.label import label as label_take
 from handclean.labels.settings import LabelConfig
 from handclean.recording import Recording
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark, first_of, remark
 
 ENOUGH = 0.5
 """Share of the frames in which a hand should be followed; fewer are warned of."""
@@ -56,7 +56,7 @@ def renamed(recording: Recording, subject: Subject) -> tuple[Remark, ...]:
     if not others:
         told = f"its {len(has)} markers are named anew"
     else:
-        few = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")
+        few = first_of(others)
         told = f"{len(others)} other markers ({few}) are points without a name now"
     text = f"names the take had are not kept: {told}"
     return (remark("names", text, others=others),)

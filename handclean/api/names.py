@@ -19,7 +19,7 @@ from handclean.errors import TAKE, HandcleanError, Where
 from handclean.hand.marker_set import load_marker_set, shipped
 from handclean.hand.subject import Subject
 from handclean.recording import Recording
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark, first_of, remark
 
 NEAR = 0.8
 """How much of two names has to be the same for one to be the other, misspelt."""
@@ -181,7 +181,7 @@ def expect_set(where: Where, has: Sequence[str], name: str) -> None:
             f"in it; it has '{found}'",
             where=where,
         )
-    few = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
+    few = first_of(missing)
     raise HandcleanError(
         f"{len(missing)} of the {whole} markers of marker set "
         f"{marker_set.name} are not in it ({few}); "
@@ -234,5 +234,5 @@ def _fitting(has: Collection[str], but: str) -> str:
     if fits:
         count, whole, best = max(fits)
         return f"it has {count} of the {-whole} of {best}: --marker-set {best}"
-    few = ", ".join(list(has)[:4]) + (", ..." if len(has) > 4 else "")
+    few = first_of(list(has))
     return f"it has {few}; --marker-set should name these"

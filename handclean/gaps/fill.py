@@ -104,7 +104,7 @@ def fill(
     Parameters
     ----------
     recording : a labelled take.
-    subject : whose hand, wearing which markers.
+    subject : whose hand, with which markers.
     prior : posture subspace for joints the markers never decide.
     settings, solve : of the filling, of inverse kinematics.
     name : of the skeleton and motion; the hand's side when not given.

@@ -11,7 +11,7 @@ from handclean.glove.hands import GloveHand
 from handclean.glove.readings import smooth
 from handclean.hand.pronation import with_pronation
 from handclean.hand.template import template
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark, first_of, remark
 
 _REMARK_BEYOND_RAD, _ERROR_BEYOND_RAD = np.radians(5.0), np.radians(20.0)
 """[rad] beyond an active range: worth a remark; more than any hand does (chosen)."""
@@ -119,7 +119,7 @@ def expect_measured(where: Where, glove: Glove, rotations: Floats) -> None:
     measured = [row.rotation for row in glove.measured]
     places = [glove.hand.index(name) for name in measured]
     if not np.isfinite(rotations[places]).any():
-        few = ", ".join(measured[:4]) + (", ..." if len(measured) > 4 else "")
+        few = first_of(measured)
         raise FileError(
             where, f"{glove.name} measures nothing of it", f"it measures {few}"
         )

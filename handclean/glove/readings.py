@@ -13,7 +13,7 @@ from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import FileError, Where
 from handclean.glove.gloves import Glove
 from handclean.glove.smooth import smoothed
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark, first_of, remark
 
 _LEAST_FRAMES = 30
 """Frames in which a sensor that works changes at least once (chosen)."""
@@ -43,13 +43,12 @@ def columns(where: Where, glove: Glove, sensors: Sequence[str], count: int) -> I
         return np.arange(count)
     missing = [sensor for sensor in glove.used if sensor not in sensors]
     if missing:
-        few = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
+        few = first_of(missing)
         raise FileError(
             where,
             f"has no sensor {few}" if len(missing) < 5 else f"lacks sensors {few}",
             f"{glove.name} needs {len(glove.used)}; the file has "
-            + ", ".join(list(sensors)[:4])
-            + (", ..." if len(sensors) > 4 else ""),
+            + first_of(list(sensors)),
         )
     place = {name: k for k, name in enumerate(sensors)}
     return np.array([place.get(name, -1) for name in glove.sensors], dtype=np.int64)
@@ -162,7 +161,7 @@ def remarks(glove: Glove, readings: Floats, moving: bool = True) -> tuple[Remark
 
 def _names(glove: Glove, which: Bools) -> str:
     names = [name for name, yes in zip(glove.used, which, strict=True) if yes]
-    return ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
+    return first_of(names, 5)
 
 
 def rescaled(glove: Glove, readings: Floats) -> Floats:

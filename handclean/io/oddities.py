@@ -11,7 +11,7 @@ from handclean.arrays import Floats, Ints, runs
 from handclean.io.shared.adult_size import size_of
 from handclean.io.shared.reading import finite
 from handclean.recording import Points, Recording, Trajectories
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark, listed, remark
 
 FROZEN_S, FROZEN_FRAMES = 0.25, 10
 """[s], frames: what does not change its last digit for so long stands still."""
@@ -51,7 +51,7 @@ def odd(take: Recording) -> list[Remark]:
         named = zip(take.markers.labels, counts, strict=True)
         if never := [label for label, count in named if not count]:
             told.append(
-                remark("unseen", f"never there: {_listed(never)}", markers=never)
+                remark("unseen", f"never there: {listed(never, _NAMED)}", markers=never)
             )
     if take.unlabelled is not None:
         columns = True
@@ -158,7 +158,7 @@ def _far(take: Recording) -> list[Remark]:
         return []
     text = (
         f"{len(away)} samples lie more than {FAR_M:g} m, up to {away.max():.3g} m, "
-        f"from the middle of all ({_listed(names)}): is the unit right?"
+        f"from the middle of all ({listed(names, _NAMED)}): is the unit right?"
     )
     return [remark("implausible", text, markers=names, samples=len(away))]
 
@@ -179,8 +179,8 @@ def _frozen(markers: Trajectories, least: int) -> list[Remark]:
     if not names:
         return []
     text = (
-        f"{_listed(names)}: the same to the last digit for {frames} frames in which "
-        "others move; held, not measured?"
+        f"{listed(names, _NAMED)}: the same to the last digit for {frames} frames in "
+        "which others move; held, not measured?"
     )
     return [remark("implausible", text, markers=names, count=frames)]
 
@@ -222,8 +222,3 @@ def _frozen_points(points: Points, frames: int, least: int) -> list[Remark]:
         "not; held, not measured?"
     )
     return [remark("implausible", text, points=count)]
-
-
-def _listed(names: list[str]) -> str:
-    more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -24,6 +24,7 @@ from handclean.kernels import layouts
 from handclean.layouts.keyframes import keyframes, known_frames
 from handclean.layouts.settings import LayoutConfig
 from handclean.layouts.visibility import hidden_share
+from handclean.remarks import listed
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
 _STILL_RAD = 1e-6  # a joint that turns less does not move (chosen: rounding)
@@ -118,13 +119,13 @@ def subspace_of(
     still = [name for name, turn in zip(names, _turns(angles), strict=True) if not turn]
     if len(still) == len(names):
         raise HandcleanError(
-            f"motion: no joint moves ({_listed(still)}); a subspace needs motion"
+            f"motion: no joint moves ({listed(still)}); a subspace needs motion"
         )
     asked = settings.dimensions or None
     prior = learn(takes, names, directions=asked, share=settings.share)
     varied = int((prior.deviations > _STILL_RAD).sum())
     if varied < len(prior.deviations):
-        why = f" ({_listed(still)} never move)" if still else ""
+        why = f" ({listed(still)} never move)" if still else ""
         raise HandcleanError(
             f"motion: varies along {varied} directions, not "
             f"{settings.dimensions}{why}; ask for {varied} dimensions or fewer"
@@ -137,11 +138,6 @@ def _turns(angles: Floats) -> list[bool]:
     if not len(angles):
         return [False] * angles.shape[1]
     return [bool(turn > _STILL_RAD) for turn in np.ptp(angles, axis=0)]
-
-
-def _listed(names: Sequence[str], most: int = 6) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
 
 
 def make_problem(
@@ -273,7 +269,7 @@ def _check_determined(problem: Problem) -> None:
     if blind.any():
         named = [name for name, b in zip(problem.columns, blind, strict=True) if b]
         raise HandcleanError(
-            f"no candidate moves with {_listed(named)}; allow markers farther out on "
+            f"no candidate moves with {listed(named)}; allow markers farther out on "
             "the fingers, or leave these out of what is sought"
         )
     square = np.swapaxes(problem.jacobian, 2, 3) @ problem.jacobian

@@ -26,7 +26,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats, Ints
 from handclean.errors import HandcleanError
 from handclean.recording import Motion, Origin, Recording, Trajectories
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark, first_of, remark
 from handclean.report.comparison import (
     Comparison,
     LabelScore,
@@ -125,7 +125,7 @@ def _frames_of(recording: Recording) -> str:
 
 def _has(recording: Recording) -> str:
     labels = recording.markers.labels if recording.markers is not None else ()
-    markers = ", ".join(labels[:4]) + (", ..." if len(labels) > 4 else "")
+    markers = first_of(labels)
     motions = ", ".join(recording.motions)
     return f"markers {markers or 'none'}, motions {motions or 'none'}"
 

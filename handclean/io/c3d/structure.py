@@ -19,6 +19,7 @@ from handclean.io.c3d.numbers import Words
 from handclean.io.c3d.parameters import Section
 from handclean.io.c3d.remarks import of_form
 from handclean.io.c3d.samples import Coding
+from handclean.io.shared.reading import reading_errors
 from handclean.remarks import Remark, remark
 
 
@@ -64,19 +65,12 @@ def load(path: Path) -> Bytes:
     ------
     FileError
     """
-    try:
+    with reading_errors(path):
         mode = path.stat().st_mode
         if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
             raise FileError(path, "is no regular file", "give a C3D file")
         with open(path, "rb") as file:
             raw = np.fromfile(file, np.uint8)
-    except FileNotFoundError:
-        raise FileError(path, "no such file") from None
-    except IsADirectoryError:
-        raise FileError(path, "is a directory", "give a file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(path, f"cannot be read ({reason})") from None
     if not raw.size:
         raise FileError(path, "is empty", "a C3D file begins with a header")
     return raw

@@ -166,7 +166,7 @@ def _parts(glb: Glb) -> list[dict[str, Any]]:
                 raise glb.fail("a mesh has no list of primitives")
             found += [p for p in parts if p.get("mode", _TRIANGLES) == _TRIANGLES]
     if not found:
-        raise glb.fail("no mesh of triangles wears its skin")
+        raise glb.fail("no mesh of triangles has its skin")
     if len(found) > _MOST_PARTS:
         raise glb.fail(f"its mesh has {len(found)} parts", f"at most {_MOST_PARTS}")
     return found

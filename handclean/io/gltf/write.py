@@ -87,7 +87,7 @@ def write_glb(
 
     Parameters
     ----------
-    surfaces : skins by the name of the motion; a hand without wears the template's.
+    surfaces : skins by the name of the motion; a hand without one has the template's.
 
     Returns
     -------

@@ -133,7 +133,7 @@ def _hand_of_a_set(columns: dict[str, int], positions: Floats) -> list[Size]:
         hands[name[:1] if _sideless(name) != name else ""][_sideless(name)] = column
     best: list[Size] = []
     for name in shipped():
-        called, places = _worn(name)
+        called, places = _of_set(name)
         for hand in hands.values():
             rows = [n for n, label in enumerate(called) if label in hand]
             if len(rows) >= max(_FEWEST, len(best) + 1):
@@ -143,7 +143,7 @@ def _hand_of_a_set(columns: dict[str, int], positions: Floats) -> list[Size]:
 
 
 @cache
-def _worn(name: str) -> tuple[list[str], Floats]:
+def _of_set(name: str) -> tuple[list[str], Floats]:
     """Sideless names of a set's markers, and (M, 3) [m] where a flat hand has them."""
     markers = load_marker_set(name)
     tree = template("left", forearm=markers.forearm)

@@ -6,7 +6,8 @@ owner should know: a wrong count, frames left out, trajectories that are part fi
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -72,6 +73,20 @@ def with_remarks(
     return {**about, **more}
 
 
+@contextmanager
+def reading_errors(path: Path) -> Iterator[None]:
+    """Within, what keeps a file from being read is a `FileError` about it."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise FileError(path, "no such file") from None
+    except IsADirectoryError:
+        raise FileError(path, "is a directory", "give a file") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(path, f"cannot be read ({reason})") from None
+
+
 def load(path: Path) -> bytes:
     """Return the bytes of a file that is there, is a file and is not empty.
 
@@ -80,15 +95,8 @@ def load(path: Path) -> bytes:
     FileError
         If it is not.
     """
-    try:
+    with reading_errors(path):
         content = path.read_bytes()
-    except FileNotFoundError:
-        raise FileError(path, "no such file") from None
-    except IsADirectoryError:
-        raise FileError(path, "is a directory", "give a file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(path, f"cannot be read ({reason})") from None
     blank = b"\0 \t\r\n"
     if not content[:_BEGIN].strip(blank) and not content.strip(blank):
         raise FileError(path, "is empty")

@@ -57,7 +57,7 @@ from handclean.io.text.csv_columns import (
 from handclean.io.text.csv_header import INDEX, own_comment, read_head
 from handclean.io.text.vendors import refuse_vendors
 from handclean.recording import Motion, Origin, Points, Recording, Trajectories
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark, listed, remark
 
 _SHOWN = 12
 
@@ -110,7 +110,7 @@ def read_csv(
         remarks.append(
             remark(
                 "left-out",
-                f"not a marker's place, left out: {_listed(layout.extra)}",
+                f"not a marker's place, left out: {listed(layout.extra, _SHOWN)}",
                 columns=list(layout.extra),
             )
         )
@@ -211,11 +211,6 @@ def _numbers(
         if named or (whole and bool(np.all(np.diff(numbers) > 0))):
             return numbers
     return np.arange(len(grid), dtype=float) + float(own.get("first_frame", 1))
-
-
-def _listed(names: list[str]) -> str:
-    more = len(names) - _SHOWN
-    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
 def _origins(path: Path, values: Floats, layout: Layout) -> Bytes | None:

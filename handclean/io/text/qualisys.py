@@ -39,7 +39,7 @@ from handclean.recording import Event, Numbering, Origin, Recording
 from handclean.remarks import Remark, remark
 
 _HEAD = 4096
-_MADE = {"gap-filled", "virtual"}
+_FILLED_KINDS = {"gap-filled", "virtual"}
 
 
 def read_tsv(
@@ -190,7 +190,7 @@ def _origin(
     seen = finite(positions)
     origin = np.where(seen, np.uint8(Origin.MEASURED), np.uint8(Origin.MISSING))
     for column, (label, kind) in enumerate(zip(labels, types, strict=False)):
-        if kind.lower() in _MADE:
+        if kind.lower() in _FILLED_KINDS:
             origin[seen[:, column], column] = Origin.FILLED
             remarks.append(
                 remark(

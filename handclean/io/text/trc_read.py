@@ -41,7 +41,7 @@ from handclean.remarks import Remark, remark
 OWN = "handclean.trc"
 """What the first line of a file of ours ends in."""
 
-_MADE = "name in the first line"
+_FIRST_LINE = "name in the first line"
 
 
 def read_trc(
@@ -82,7 +82,7 @@ def read_trc(
     start = start_of(grid[:, 1], grid[:, 0], rate, said, remarks)
     first, values = place_rows(path, grid[:, 0], grid[:, 2:], remarks)
     positions = values.reshape(len(values), -1, 3)
-    if stated[_MADE] != OWN:
+    if stated[_FIRST_LINE] != OWN:
         blank_out(positions, METRES[length.lower()], remarks)
     markers, points = sort_out(in_metres(positions, length), labels)
     if beyond.row:
@@ -124,7 +124,7 @@ def _header(path: Path, lines: Lines) -> dict[str, str]:
     if delimiter != b",":
         refuse_decimal_commas(lines, delimiter)
     values = [text(cell) for cell in lines.cells(delimiter) if cell]
-    stated = {_MADE: text(kind[-1]), **dict(zip(keys, values, strict=False))}
+    stated = {_FIRST_LINE: text(kind[-1]), **dict(zip(keys, values, strict=False))}
     for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
         if key not in stated:
             raise FileError(path, f"its header has no {key}")
