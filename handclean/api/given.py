@@ -14,13 +14,11 @@ from handclean.hand.marker_set import MarkerSet, load_marker_set
 from handclean.hand.skeleton import rigid_subject
 from handclean.hand.subject import Subject, template_subject
 from handclean.io.hdf5.prior import read_prior
+from handclean.labels.settings import LEAST_MARKERS
 from handclean.runner.records import digest
 
 Subjects = Subject | Iterable[Subject]
 """One subject, or one for each hand of a take."""
-
-LABELLED = 4
-"""Markers that labelling needs: fewer points are no hand's."""
 
 
 def hands(
@@ -96,7 +94,7 @@ def only_hand(
     UsageError
         If there are several; and as `hands`.
     """
-    found = hands(subjects, marker_set, side, prior, least=LABELLED)
+    found = hands(subjects, marker_set, side, prior, least=LEAST_MARKERS)
     if (count := len(found.subjects)) > 1:
         wrong = f"{count} hands cannot be labelled at once yet; give one"
         raise UsageError(wrong, where="subjects")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.commands.shared import hands, motions, needs
+from handclean.commands.shared import hands, motions
 from handclean.commands.shared.choices import LayingOut
 from handclean.commands.shared.layout_hand import Wearer, wearer
 from handclean.commands.shared.layout_set import marker_set_of, writers_of
@@ -16,6 +16,7 @@ from handclean.hand.marker_set import MarkerSet, load_marker_set, shipped
 from handclean.hand.model import Model
 from handclean.hand.surface import Surface
 from handclean.io.mesh.meshes import read_mesh
+from handclean.labels.settings import LEAST_MARKERS
 from handclean.layouts.choose import choose
 from handclean.layouts.feasible import counts, feasible
 from handclean.layouts.optimize import Layout, optimize
@@ -120,7 +121,7 @@ def _candidates(
 def _doubts(found: Layout, settings: LayingOut) -> tuple[Remark, ...]:
     """Say what nobody could use of a layout."""
     told: list[Remark] = []
-    count, least = len(found.chosen), needs.LABELLED
+    count, least = len(found.chosen), LEAST_MARKERS
     if count < least:
         told.append(
             remark(

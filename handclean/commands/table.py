@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from handclean.commands.shared.formats import FORMATS, H5, RECORDINGS
-from handclean.commands.shared.needs import LABELLED, Needs
+from handclean.commands.shared.needs import Needs
 from handclean.io.formats import MESHES
+from handclean.labels.settings import LEAST_MARKERS
 from handclean.runner.batch import Batch
 from handclean.runner.command import Check, Command, Work
 
@@ -40,7 +41,7 @@ def _command(
 
 
 HAND = Needs(hand=True)
-ENOUGH = Needs(hand=True, markers=LABELLED)
+ENOUGH = Needs(hand=True, markers=LEAST_MARKERS)
 
 COMMANDS = {
     command.name: command

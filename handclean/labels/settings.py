@@ -11,6 +11,9 @@ from handclean.settings import Limits, Words, expect_limits
 
 COLUMNS = ("auto", "use", "ignore")
 
+LEAST_MARKERS = 4
+"""Markers that labelling needs: fewer points are no hand's. Chosen."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LabelConfig:

@@ -16,6 +16,7 @@ from handclean.ik.prior import PosturePrior
 from handclean.io.hdf5 import seal
 from handclean.io.hdf5.prior import read_prior
 from handclean.io.hdf5.subject import read_subject
+from handclean.labels.settings import LEAST_MARKERS
 from handclean.runner.batch import Batch, Source
 from handclean.runner.records import digest
 
@@ -219,7 +220,7 @@ def of_only_source(source: Source) -> Hands:
     UsageError
         If there are several; and as `of_source`.
     """
-    found = of_source(source, least=needs.LABELLED)
+    found = of_source(source, least=LEAST_MARKERS)
     if len(found.subjects) > 1:
         raise UsageError(
             f"--subject: {len(found.subjects)} hands cannot be labelled at once yet; "

@@ -8,9 +8,6 @@ from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
 from handclean.runner.batch import Batch, Task
 
-LABELLED = 4
-"""Markers that labelling needs: fewer points are no hand's. Chosen."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Needs:
