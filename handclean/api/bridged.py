@@ -29,8 +29,9 @@ MAKERS = ("fill-gaps", "clean")
 KEEPERS = ("convert",)
 """Commands that change neither markers nor motions."""
 
-SAME_M = 1e-9
-"""[m] residuals differ by less where markers and motion are those they were."""
+SAME_RESIDUAL_M = 1e-9
+"""[m] residuals differ by less where markers and motion are those they were (chosen:
+rounding)."""
 
 
 def refused(
@@ -153,4 +154,6 @@ def _fits(recording: Recording, subject: Subject, motion: Motion) -> bool:
     mean = np.sum(square, axis=1, where=seen) / np.maximum(count, 1)
     found = np.where(count > 0, np.sqrt(mean), np.nan)
     assert motion.residual is not None  # see `_whole`
-    return np.allclose(found, motion.residual, rtol=0.0, atol=SAME_M, equal_nan=True)
+    return np.allclose(
+        found, motion.residual, rtol=0.0, atol=SAME_RESIDUAL_M, equal_nan=True
+    )

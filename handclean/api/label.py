@@ -18,8 +18,9 @@ from handclean.labels.settings import LabelConfig
 from handclean.recording import Recording
 from handclean.remarks import Remark, first_of, remark
 
-ENOUGH = 0.5
-"""Share of the frames in which a hand should be followed; fewer are warned of."""
+MIN_FOLLOWED_SHARE = 0.5
+"""Share of the frames in which a hand should be followed; fewer are warned of
+(chosen)."""
 
 
 def label_hand(recording: Recording, hands: Hands, settings: LabelConfig) -> StepResult:
@@ -65,7 +66,7 @@ def renamed(recording: Recording, subject: Subject) -> tuple[Remark, ...]:
 def lost(figures: Mapping[str, Any]) -> tuple[Remark, ...]:
     """Remark on a hand that was followed in few frames."""
     followed, frames = figures["followed"], figures["frames"]
-    if followed >= ENOUGH * frames:
+    if followed >= MIN_FOLLOWED_SHARE * frames:
         return ()
     text = (
         f"the hand was followed in {followed} of {frames} frames only "

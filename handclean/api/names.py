@@ -21,11 +21,13 @@ from handclean.hand.subject import Subject
 from handclean.recording import Recording
 from handclean.remarks import Remark, first_of, remark
 
-NEAR = 0.8
-"""How much of two names has to be the same for one to be the other, misspelt."""
+MISSPELT_SIMILARITY = 0.8
+"""[-] similarity (of `difflib`) of two names from which on one may be the other,
+misspelt (chosen)."""
 
-FITS = 0.5
-"""Share of a set's markers that a take must have for the set to be proposed."""
+MIN_SET_SHARE = 0.5
+"""Share of a set's markers that a take must have for the set to be proposed
+(chosen)."""
 
 
 def matched(
@@ -73,7 +75,7 @@ def near(name: str, others: Iterable[str]) -> str:
     """Find the name that is this one, misspelt; "" when none is."""
     scores = [(_likeness(name, other), other) for other in others]
     score, best = max(scores, default=(0.0, ""))
-    return best if score >= NEAR else ""
+    return best if score >= MISSPELT_SIMILARITY else ""
 
 
 def _likeness(one: str, other: str) -> float:
@@ -229,7 +231,7 @@ def _fitting(has: Collection[str], but: str) -> str:
     for name in shipped():
         labels = load_marker_set(name).labels
         count = sum(label in has for label in labels)
-        if name != but and count >= FITS * len(labels):
+        if name != but and count >= MIN_SET_SHARE * len(labels):
             fits.append((count, -len(labels), name))
     if fits:
         count, whole, best = max(fits)

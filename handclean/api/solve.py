@@ -28,8 +28,9 @@ from handclean.recording import Motion, Recording
 from handclean.remarks import Remark, remark
 from handclean.tree import ROOT_DOFS
 
-LEAST = ROOT_DOFS // 2
-"""Markers in sight at once that say where a hand is."""
+MIN_MARKERS_OF_POSE = ROOT_DOFS // 2
+"""Markers in sight at once that say where a hand is: three places are what the six
+numbers of a root need."""
 
 ANEW = "it is solved anew, frame by frame, and nothing bridges them"
 """What becomes of a hand whose motion in the file is not kept, see `bridged`."""
@@ -99,7 +100,8 @@ def expect_seen(
     never = {name: _unseen(recording, subject) for name, subject in found.items()}
     if all(never.values()):
         raise HandcleanError(
-            f"{' and '.join(never.values())}; {LEAST} or more say where a hand is",
+            f"{' and '.join(never.values())}; {MIN_MARKERS_OF_POSE} or more say where "
+            "a hand is",
             where=TAKE,
         )
     return tuple(
@@ -113,7 +115,7 @@ def _unseen(recording: Recording, subject: Subject) -> str:
     """Say that no frame shows enough markers of a hand; "" where some does."""
     seen = np.isfinite(markers_of(recording, subject.model)).all(axis=2)
     most = int(seen.sum(axis=1).max(initial=0))
-    if most >= LEAST:
+    if most >= MIN_MARKERS_OF_POSE:
         return ""
     if most == 0:
         return f"none of the markers of '{subject.name}' is in sight in any frame"

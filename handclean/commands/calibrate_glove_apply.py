@@ -51,7 +51,7 @@ _OFTEN_SHARE = 0.2
 _MOST_UNEVEN_FRAMES = 0.1
 """[frames] by which times may be off an even rate (chosen)."""
 
-_TIPS = 5
+_FINGERTIPS = 5
 """Fingertips of a hand."""
 
 
@@ -66,7 +66,7 @@ def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
     tree, subject = glove_files.tree_of(source, calibration.glove)
     found, places = glove_files.opened(source, calibration.glove)
     widths = {"angles": len(tree.hinges), "sigma": len(tree.hinges), "trusted": 1}
-    scratch = Scratch(widths | ({"tips": 3 * _TIPS} if settings.tips else {}))
+    scratch = Scratch(widths | ({"tips": 3 * _FINGERTIPS} if settings.tips else {}))
     tally = _Tally(calibration)
     chunks = (
         (times, checks.arranged(values, places))
@@ -160,7 +160,7 @@ def _tips(tree: JointTree, angles: Floats) -> Floats:
     poses[:, 3] = 1.0
     poses[:, POSE_HEAD:] = angles
     out: Floats = marker_positions(fingertips(tree), poses).reshape(
-        len(angles), 3 * _TIPS
+        len(angles), 3 * _FINGERTIPS
     )
     return out
 
@@ -234,7 +234,7 @@ def _writer(
     }
     tips = None
     if "tips" in arrays:
-        tips = (fingertips(tree).labels, arrays["tips"].reshape(frames, _TIPS, 3))
+        tips = (fingertips(tree).labels, arrays["tips"].reshape(frames, _FINGERTIPS, 3))
     take = Recording(
         rate=applied.rate,
         frames=frames,

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from handclean.api.label import ENOUGH, label_hand
+from handclean.api.label import MIN_FOLLOWED_SHARE, label_hand
 from handclean.commands.shared import hands, sessions
 from handclean.labels.settings import LabelConfig
 from handclean.runner.batch import Source
@@ -33,7 +33,9 @@ def label(source: Source, settings: LabelConfig) -> Outcome:
 
 def in_words(figures: Mapping[str, Any]) -> str:
     """Say the figures in a few words."""
-    few = " only" if figures["followed"] < ENOUGH * figures["frames"] else ""
+    few = (
+        " only" if figures["followed"] < MIN_FOLLOWED_SHARE * figures["frames"] else ""
+    )
     return (
         f"labelled {figures['labelled']} points, left {figures['unlabelled']}, "
         f"followed the hand in {figures['followed']} of {figures['frames']} frames{few}"

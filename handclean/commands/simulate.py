@@ -24,7 +24,7 @@ from handclean.runner import staging
 from handclean.runner.batch import Source, Task
 from handclean.runner.outcome import Entry, Outcome, Writer
 from handclean.simulation.glove import (
-    RATE_HZ,
+    GLOVE_RATE_HZ,
     GloveSession,
     GloveTake,
     simulate_glove,
@@ -170,7 +170,7 @@ def _glove(session: GloveSession, number: int, first: bool) -> Outcome:
     for take in session.takes:
         frames = len(take.times)
         truth = Recording(
-            rate=RATE_HZ,
+            rate=GLOVE_RATE_HZ,
             frames=frames,
             up_axis="+z",
             motions={tree.side: Motion(names=tree.hinges, angles=take.angles)},

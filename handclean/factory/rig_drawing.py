@@ -17,8 +17,11 @@ FIST_SHARES = (0.0, 0.5, 1.0)
 """How much of a fist is made."""
 
 _VIEW_DEG = (150.0, 20.0)  # [degrees] as of `looking`: the palm, from the thumb's side
-_PIXEL_M = 0.00085  # [m]
-_FINE_FACES = 20_000  # faces from which a mesh is fine enough to be drawn
+_PIXEL_M = 0.00085
+"""[m] width of a pixel (chosen)."""
+
+_FINE_MESH_FACES = 20_000
+"""Faces from which on a mesh is fine enough to be drawn (chosen)."""
 
 
 def rig_picture(tree: JointTree, surface: Surface) -> Bytes:
@@ -49,7 +52,7 @@ def _one(skin: Surface, tree: JointTree, share: float) -> Bytes:
         degrees = dict.fromkeys(tree.hinges, 0.0)
     places = posed(skin, tree, pose_with(tree, degrees)[None])[0]
     faces, colors = skin.faces, weight_colors(skin, tree)
-    while len(faces) < _FINE_FACES:
+    while len(faces) < _FINE_MESH_FACES:
         faces, places, colors = quartered(faces, places, colors)
     return drawn(places, faces, colors, looking(*_VIEW_DEG), _PIXEL_M)
 

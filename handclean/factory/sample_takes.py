@@ -6,6 +6,7 @@ Rates and lengths keep all of it, truth included, under five megabytes.
 from handclean.simulation.settings import SimulateConfig
 
 _SEED = 2015
+"""Of all sample sessions (chosen)."""
 
 SESSIONS: tuple[tuple[str, SimulateConfig], ...] = (
     (

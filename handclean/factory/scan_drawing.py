@@ -10,8 +10,11 @@ from handclean.hand.surface import Surface
 from handclean.report.drawing import drawn, looking, side_by_side, skin_colors
 
 _VIEWS_DEG = ((-20.0, 10.0), (160.0, 10.0))  # [degrees] as of `looking`: back and palm
-_PIXEL_M = 0.0009  # [m]
-_DOT_M = 0.0007  # [m] side of the triangle that stands for a point
+_PIXEL_M = 0.0009
+"""[m] width of a pixel (chosen)."""
+
+_DOT_M = 0.0007
+"""[m] side of the triangle that stands for a point (chosen)."""
 
 
 def scan_picture(

@@ -17,8 +17,8 @@ from handclean.subject.scan.cloud import Scan
 from handclean.subject.scan.fit import fit_scan
 from handclean.subject.scan.settings import ScanConfig
 
-_AROUND_M = 0.03
-"""[m] what the picture shows beside the hand."""
+_MARGIN_M = 0.03
+"""[m] what the picture shows beside the hand (chosen)."""
 
 
 def picture(target: Path, number: int = 2) -> None:
@@ -36,7 +36,7 @@ def picture(target: Path, number: int = 2) -> None:
 
     points = seen(scan.points)
     low, high = (limit(seen(scan.skin), axis=0) for limit in (np.min, np.max))
-    near = ((points > low - _AROUND_M) & (points < high + _AROUND_M)).all(axis=1)
+    near = ((points > low - _MARGIN_M) & (points < high + _MARGIN_M)).all(axis=1)
     drawn = scan_picture(
         points[near],
         turn.apply(scan.normals[near], inverse=True),

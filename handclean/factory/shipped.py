@@ -29,8 +29,8 @@ GRASPS = SimulateConfig(
 )
 """What the default prior is learnt from."""
 
-SHARE = 0.95
-"""Of the variance of these grasps that the default prior holds."""
+PRIOR_VARIANCE_SHARE = 0.95
+"""Share of the variance of these grasps that the default prior holds (chosen)."""
 
 
 def default_prior(settings: SimulateConfig = GRASPS) -> PosturePrior:
@@ -40,7 +40,7 @@ def default_prior(settings: SimulateConfig = GRASPS) -> PosturePrior:
     return learn(
         [motion.angles for motion in motions],
         motions[0].names,
-        share=SHARE,
+        share=PRIOR_VARIANCE_SHARE,
         source=f"{settings.trials} simulated grasps of {settings.subjects} hands",
     )
 

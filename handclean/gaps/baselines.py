@@ -13,8 +13,8 @@ from handclean.gaps.min_acceleration import EndFit, bridge, nearest
 from handclean.gaps.runs import Cluster, Gap
 from handclean.numerics.procrustes import align
 
-SPREAD = 2e-3
-"""[m] donors of a rigid fill should reach this far from their common line."""
+MIN_SPREAD_M = 2e-3
+"""[m] donors of a rigid fill should reach this far from their common line (chosen)."""
 
 
 def linear(scene: Scene, gap: Gap) -> Floats:
@@ -85,7 +85,7 @@ def rigid(scene: Scene, gap: Gap) -> Floats:
         raise Refused("fewer than three other markers of its bone are seen throughout")
     ends = [gap.start - 1, gap.stop]
     body = scene.positions[ends[0], donors]
-    if np.linalg.svd(body - body.mean(axis=0), compute_uv=False)[1] < SPREAD:
+    if np.linalg.svd(body - body.mean(axis=0), compute_uv=False)[1] < MIN_SPREAD_M:
         raise Refused("the other markers of its bone lie on one line")
     paths = []
     for end in ends:

@@ -29,13 +29,14 @@ from handclean.gaps.min_acceleration import EndFit, bridge
 from handclean.gaps.runs import Cluster, Gap
 
 WINDOWS = 240
-"""Stretches tried per length."""
+"""Stretches tried per length (chosen)."""
 
 ENOUGH = 40
-"""Errors a guess needs."""
+"""Errors a guess needs (chosen)."""
 
 RIDGE = 0.3
-"""Of the mean variance of the known joints' errors; keeps the weights small."""
+"""Of the mean variance of the known joints' errors; keeps the weights small
+(chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,10 +24,10 @@ from handclean.arrays import Bools, Floats, Ints
 from handclean.gaps.min_acceleration import EndFit, bend_of, slope_weights
 
 WINDOWS = 60
-"""Stretches tried per length."""
+"""Stretches tried per length (chosen)."""
 
 ENOUGH = 40
-"""Errors needed before a length counts."""
+"""Errors needed before a length counts (chosen)."""
 
 _GAIN = 0.06
 """Middle error over bend times squared length, where the take cannot say; the

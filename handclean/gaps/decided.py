@@ -32,16 +32,20 @@ from handclean.ik.doubt import MIN_EXPLAINED_SHARE, prior_precision, stretches_o
 from handclean.tree import POSE_HEAD, ROOT_DOFS
 
 DECIDED = 0.9
-"""Share of its variance that markers must explain for a joint to count as known."""
+"""Share of its variance that markers must explain for a joint to count as known
+(chosen)."""
 
 DISTINCT = 0.05
-"""How much more of it the missing markers should explain for them to matter."""
+"""How much more of it the missing markers should explain for them to matter
+(chosen)."""
 
 JUMP = (0.15, 4.0)
-"""[rad] a jump is more than this and so many times the steps just beside it."""
+"""[rad] a jump is more than this and so many times the steps just beside it
+(chosen)."""
 
 LEAST = 3
-"""Markers without which inverse kinematics keeps the pose it had."""
+"""Markers without which inverse kinematics keeps the pose it had (as
+`handclean.ik.frames.MIN_MARKERS`)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,8 @@ from handclean.gaps.posture import what_is_open
 from handclean.gaps.runs import Gap
 
 FADE = 4.0
-"""[frames] within which a filled path leaves the noise of its end samples behind."""
+"""[frames] within which a filled path leaves the noise of its end samples behind
+(chosen)."""
 
 
 def follow(scene: Scene, gap: Gap) -> Floats:

@@ -32,16 +32,16 @@ from handclean.gaps.cross_validation import ENOUGH, WINDOWS, lengths_to_try
 from handclean.hand.model import Model, bone_rotations, marker_positions
 
 WIDTHS = (0.5, 2.0, 6.0)
-"""[frames] to try."""
+"""[frames] to try (chosen)."""
 
 PARTIAL = 0.01
-"""Weight of a frame in which an expected marker is missing."""
+"""Weight of a frame in which an expected marker is missing (chosen)."""
 
 USUAL = 1e-4
-"""Weight of a marker's mean over the take, for when nothing else is near."""
+"""Weight of a marker's mean over the take, for when nothing else is near (chosen)."""
 
 UNTRIED = 1e-3
-"""[m] per axis, the error mid-gap where the take cannot say."""
+"""[m] per axis, the error mid-gap where the take cannot say (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,12 +20,12 @@ from handclean.tree import POSE_HEAD, JointTree
 
 SUPPORTED = 2.0
 """How much further off a path through several gaps is, whose inner velocities nothing
-gives."""
+gives (chosen)."""
 
 UNTRIED = Law(lengths=np.zeros(0), floor=np.zeros(0), gain=np.zeros(0))
 
 LEAST_VARIANCE = 1e-10
-"""[rad^2], [m^2] no bridge is surer than this."""
+"""[rad^2], [m^2] no bridge is surer than this (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -40,7 +40,8 @@ SETTLED = 0.7
 and two sigma per axis, see tests/bench/bench_gaps.py."""
 
 TOGETHER = 2.0
-"""The hinges of a finger err together: their variances count more than singly."""
+"""The hinges of a finger err together: their variances count more than singly (chosen
+with `SETTLED`)."""
 
 
 @dataclass(frozen=True, kw_only=True)

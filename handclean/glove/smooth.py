@@ -15,7 +15,8 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 
 _HALF_POWER = 1.4692
-"""[-] omega s at which (1 + x) exp(-x), x = (omega s)^2 / 2, has fallen to 1/sqrt 2."""
+"""[-] omega s at which (1 + x) exp(-x), x = (omega s)^2 / 2, has fallen to 1/sqrt 2
+(solved)."""
 
 _REACH_SD = 4.5
 """[-] standard deviations s within which neighbours count (chosen)."""

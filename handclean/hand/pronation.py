@@ -13,7 +13,8 @@ from handclean.tree import JointTree
 
 PRONATION = "thumb_cmc_pronation"
 
-_LIMITS = (-30.0, 60.0)  # [degrees]
+_LIMITS_DEG = (-30.0, 60.0)
+"""[degrees] (chosen)."""
 
 
 def with_pronation(tree: JointTree) -> JointTree:
@@ -34,5 +35,5 @@ def with_pronation(tree: JointTree) -> JointTree:
         hinges=tuple(hinges),
         hinge_bone=np.insert(tree.hinge_bone, at, tree.bone("thumb_metacarpal")),
         axes=np.insert(tree.axes, at, axis, axis=0),
-        limits=np.insert(tree.limits, at, np.radians(_LIMITS), axis=0),
+        limits=np.insert(tree.limits, at, np.radians(_LIMITS_DEG), axis=0),
     )

@@ -23,7 +23,9 @@ from handclean.kernels.chain import Links
 from handclean.numerics.triangles import box_tree, closest
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
-_MOST_ROUNDS, _SURE_M = 60, 1e-10
+_MOST_ROUNDS, _SURE_FOOT_M = 60, 1e-10
+"""Rounds in which feet are sought, at most; [m] by which a foot that is found may be
+off (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -262,7 +264,7 @@ def project(surface: Surface, vertices: Floats, points: Floats) -> OnSkin:
             share=np.where(better[:, None], feet.share, best.share),
             lift=np.where(better, lift, best.lift),
         )
-        if least.max(initial=0.0) < _SURE_M:
+        if least.max(initial=0.0) < _SURE_FOOT_M:
             break
         feet = closest(vertices, surface.faces, feet.places + 0.6 * aside, tree)
     return best

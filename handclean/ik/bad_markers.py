@@ -19,7 +19,7 @@ from handclean.ik.solve import solve_markers
 from handclean.recording import Recording
 from handclean.remarks import Remark, remark
 
-MIN_FRAMES = 5
+MIN_UNFIT_FRAMES = 5
 """Frames that do not fit, from which on it is said. Chosen."""
 
 SOLVED_FRAMES = 20
@@ -66,7 +66,7 @@ def suspects(
     usual = _usual(subject, positions)
     far = residual > IMPLAUSIBLE_RATIO * usual
     known = np.isfinite(residual)
-    if far.sum() < MIN_FRAMES or far.sum() > 0.5 * known.sum():
+    if far.sum() < MIN_UNFIT_FRAMES or far.sum() > 0.5 * known.sum():
         return None
     frames = np.flatnonzero(far)
     some = frames[np.unique(np.linspace(0, len(frames) - 1, SOLVED_FRAMES).astype(int))]

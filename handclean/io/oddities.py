@@ -14,27 +14,32 @@ from handclean.recording import Points, Recording, Trajectories
 from handclean.remarks import Remark, listed, remark
 
 FROZEN_S, FROZEN_FRAMES = 0.25, 10
-"""[s], frames: what does not change its last digit for so long stands still."""
+"""[s], frames: what does not change its last digit for so long stands still
+(chosen)."""
 
 MOVE_M = 0.005
-"""[m] by which the other markers, in the middle, move meanwhile for that to be odd."""
+"""[m] by which the other markers, in the middle, move meanwhile for that to be odd
+(chosen)."""
 
-STILL = 0.5
-"""Share of points that stay where they were, to the last digit, in a still take."""
+STILL_SHARE = 0.5
+"""Share of points that stay where they were, to the last digit, in a still take
+(chosen)."""
 
-SIZES = 0.5, 2.0
-"""Sizes against an adult's; beyond them a unit is wrong more likely than a person."""
+ODD_SIZE_RATIOS = 0.5, 2.0
+"""Sizes against an adult's; beyond them a unit is wrong more likely than a person
+(chosen)."""
 
 SPOT_M = 0.02
-"""[m] four points or more that never span more are no hand's."""
+"""[m] four points or more that never span more are no hand's (chosen)."""
 
-MEASURED = 200
-"""Frames that are measured, evenly through the take."""
+MEASURED_FRAMES = 200
+"""Frames that are measured, evenly through the take (chosen)."""
 
-FAR_M = 100.0
-"""[m] farther from the middle of all points than cameras see."""
+FAR_FROM_MIDDLE_M = 100.0
+"""[m] farther from the middle of all points than cameras see (chosen)."""
 
-_NAMED = 8
+_NAMED_MARKERS = 8
+"""Markers that a remark names (chosen)."""
 
 
 def odd(take: Recording) -> list[Remark]:
@@ -51,7 +56,11 @@ def odd(take: Recording) -> list[Remark]:
         named = zip(take.markers.labels, counts, strict=True)
         if never := [label for label, count in named if not count]:
             told.append(
-                remark("unseen", f"never there: {listed(never, _NAMED)}", markers=never)
+                remark(
+                    "unseen",
+                    f"never there: {listed(never, _NAMED_MARKERS)}",
+                    markers=never,
+                )
             )
     if take.unlabelled is not None:
         columns = True
@@ -89,10 +98,14 @@ def wrong_size(take: Recording) -> list[Remark]:
     """
     if not take.frames:
         return []
-    frames = np.unique(np.linspace(0, take.frames - 1, MEASURED).astype(np.int64))
+    frames = np.unique(
+        np.linspace(0, take.frames - 1, MEASURED_FRAMES).astype(np.int64)
+    )
     if take.markers is not None:
         found = size_of(take.markers.labels, take.markers.positions[frames])
-        if not SIZES[0] <= found.ratio <= SIZES[1] and np.isfinite(found.ratio):
+        if not ODD_SIZE_RATIOS[0] <= found.ratio <= ODD_SIZE_RATIOS[1] and np.isfinite(
+            found.ratio
+        ):
             adult = _length(found.length / found.ratio)
             text = (
                 f"{found.words} is {_length(found.length)}, an adult's is about "
@@ -101,7 +114,7 @@ def wrong_size(take: Recording) -> list[Remark]:
             return [remark("unit", text, ratio=found.ratio)]
     spans = [_span(points) for points in _of_frames(take, frames) if len(points) > 3]
     span = float(np.median(spans)) if spans else 0.0
-    if span == 0.0 or SPOT_M <= span <= FAR_M:
+    if span == 0.0 or SPOT_M <= span <= FAR_FROM_MIDDLE_M:
         return []
     text = f"the points of a frame span {_length(span)}: is the unit right? (--unit)"
     return [remark("unit", text, span_m=span)]
@@ -144,21 +157,22 @@ def _far(take: Recording) -> list[Remark]:
     with np.errstate(over="ignore", invalid="ignore"):
         if markers is not None:
             far = np.linalg.norm(markers.positions - middle, axis=2)
-            hit = (far > FAR_M).any(axis=0).tolist()
+            hit = (far > FAR_FROM_MIDDLE_M).any(axis=0).tolist()
             names += [
                 x for x, is_hit in zip(markers.labels, hit, strict=True) if is_hit
             ]
-            away = far[far > FAR_M]
+            away = far[far > FAR_FROM_MIDDLE_M]
         if points is not None:
             far = np.linalg.norm(points.positions - middle, axis=1)
-            if np.any(far > FAR_M):
+            if np.any(far > FAR_FROM_MIDDLE_M):
                 names.append("points without a name")
-            away = np.concatenate([away, far[far > FAR_M]])
+            away = np.concatenate([away, far[far > FAR_FROM_MIDDLE_M]])
     if not len(away):
         return []
     text = (
-        f"{len(away)} samples lie more than {FAR_M:g} m, up to {away.max():.3g} m, "
-        f"from the middle of all ({listed(names, _NAMED)}): is the unit right?"
+        f"{len(away)} samples lie more than {FAR_FROM_MIDDLE_M:g} m, up to "
+        f"{away.max():.3g} m, from the middle of all "
+        f"({listed(names, _NAMED_MARKERS)}): is the unit right?"
     )
     return [remark("implausible", text, markers=names, samples=len(away))]
 
@@ -179,8 +193,8 @@ def _frozen(markers: Trajectories, least: int) -> list[Remark]:
     if not names:
         return []
     text = (
-        f"{listed(names, _NAMED)}: the same to the last digit for {frames} frames in "
-        "which others move; held, not measured?"
+        f"{listed(names, _NAMED_MARKERS)}: the same to the last digit for {frames} "
+        "frames in which others move; held, not measured?"
     )
     return [remark("implausible", text, markers=names, count=frames)]
 
@@ -209,7 +223,7 @@ def _frozen_points(points: Points, frames: int, least: int) -> list[Remark]:
     count, held = 0, 0
     for start, stop in runs(again):
         rows: Ints = frame[start - 1 : stop]
-        if len(rows) >= least and np.median(share[rows[1:]]) < STILL:
+        if len(rows) >= least and np.median(share[rows[1:]]) < STILL_SHARE:
             count += 1
             held += len(rows)
     if not count:

@@ -24,12 +24,14 @@ from handclean.layouts.settings import LayoutConfig
 from handclean.tree import POSE_HEAD
 
 FEWEST_DIRECTIONS, MOST_DIRECTIONS = 3, 12
-"""Directions that are tried, as far as the markers can tell them."""
+"""Directions that are tried, as far as the markers can tell them (chosen)."""
 
 SOLVER_VARIANCE_SHARE = 0.95
-"""Of the variance that the subspace holds with which markers are solved."""
+"""Share of the variance that the subspace holds with which markers are solved (chosen:
+as the prior that ships)."""
 
-_FRAMES_SOLVED, _FRAMES_COMPARED = 6000, 200  # frames
+_SOLVED_FRAMES, _COMPARED_FRAMES = 6000, 200
+"""Frames that are solved, and those whose skin is compared, at most (chosen)."""
 
 Told = Callable[[int, float], None]
 """Called with the directions and the mean error [m] of each layout."""
@@ -94,7 +96,7 @@ def choose(
             model.selected(layout.labels),
             surface,
             poses,
-            EvaluateConfig(frames=_FRAMES_COMPARED),
+            EvaluateConfig(frames=_COMPARED_FRAMES),
             np.random.default_rng(seed),
             prior=solved_with,
             anchor=settings.anchor,
@@ -114,7 +116,7 @@ def _poses(
     """(T, 7 + D) known frames, the wrist at the origin; of long takes the middle."""
     tree, out = model.tree, []
     columns = [POSE_HEAD + tree.hinges.index(name) for name in names]
-    each = max(_FRAMES_SOLVED // len(takes), 1)
+    each = max(_SOLVED_FRAMES // len(takes), 1)
     for take in takes:
         known = take[np.isfinite(take).all(axis=1)]
         start = max((len(known) - each) // 2, 0)

@@ -29,7 +29,8 @@ WRIST_MARKER_WEIGHT = 1e3
 it is taken as known)."""
 
 _WRIST = "(wrist)"
-_FRAMES_AT_ONCE = 200  # frames whose skin is compared at once
+_FRAMES_AT_ONCE = 200
+"""Frames whose skin is compared at once (chosen; memory)."""
 
 
 @dataclass(frozen=True, kw_only=True)

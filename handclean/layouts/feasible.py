@@ -26,6 +26,7 @@ from handclean.layouts.settings import LayoutConfig
 from handclean.tree import MIRROR, JointTree
 
 _ONE_BONE_WEIGHT = 1.0 - 1e-6
+"""[-] weight from which on a bone counts as the only one (1, less rounding)."""
 
 
 def feasible(

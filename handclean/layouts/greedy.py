@@ -20,9 +20,8 @@ from handclean.layouts.problem import Problem
 from handclean.layouts.search import Found, Log, Watch
 from handclean.layouts.settings import LayoutConfig
 
-_NOTHING_KNOWN_SHARE = (
-    1e-6  # of the largest entry: less than this counts as nothing known
-)
+_NOTHING_KNOWN_SHARE = 1e-6
+"""[-] share of the largest entry; less than this counts as nothing known (chosen)."""
 
 
 def greedy(

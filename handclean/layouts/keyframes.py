@@ -15,7 +15,10 @@ from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
 
 _MOST_FRAMES = 20_000
+"""Frames among which keyframes are sought, at most (chosen; memory)."""
+
 _MOST_ROUNDS = 50
+"""Rounds over all keyframes, at most (chosen)."""
 
 
 def keyframes(takes: Sequence[Floats], count: int) -> Floats:

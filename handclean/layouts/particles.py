@@ -29,8 +29,8 @@ _PSI = PULL_TO_OWN_BEST + PULL_TO_BEST_OF_ALL
 CONSTRICTION = 2.0 / abs(2.0 - _PSI - math.sqrt(_PSI**2 - 4.0 * _PSI))
 """w of Clerc and Kennedy (2002): 0.73."""
 
-PERTURB_EVERY = 3
-"""Iterations from one random change to the next."""
+PERTURBING_ITERATIONS = 3
+"""Iterations from one random change to the next (section 5.2)."""
 
 
 def point_tree(points: Floats) -> tuple[Ints, PointTree]:
@@ -85,7 +85,7 @@ def swarm(
         order = _worst_first(problem, rows[best[leader]], settings)
         draws = rng.random((len(now), 2))
         kernels.swarm_move(tree, particles, best[leader].copy(), draws, pull)
-        if turn % PERTURB_EVERY == 0:
+        if turn % PERTURBING_ITERATIONS == 0:
             _perturb(now, len(tree.points), rng)
         before = least[leader]
         kernels.swarm_judge(particles, candidates, order)

@@ -27,8 +27,12 @@ from handclean.layouts.visibility import hidden_share
 from handclean.remarks import listed
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
-_STILL_RAD = 1e-6  # a joint that turns less does not move (chosen: rounding)
-_MOTION_FRAMES = 200  # of the whole motion, for the methods that rank candidates
+_STILL_RAD = 1e-6
+"""[rad] a joint that turns less does not move (chosen: rounding)."""
+
+_MOTION_FRAMES = 200
+"""Frames of the whole motion, for the methods that rank candidates (chosen)."""
+
 _TURNS = ("turn_x", "turn_y", "turn_z")
 _SHIFTS = ("shift_x", "shift_y", "shift_z")
 

@@ -27,6 +27,7 @@ from handclean.layouts.settings import LayoutConfig
 from handclean.numerics.subspace import principal_components
 
 _VARIANCE_SHARE = 0.95
+"""Share of the variance that the components hold (chosen)."""
 
 
 def influence(motion: Floats) -> Floats:

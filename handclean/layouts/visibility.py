@@ -21,14 +21,13 @@ VIEW_DIRECTIONS = 48
 """Directions from which the hand is looked at (chosen)."""
 
 CAMERA_DISTANCE_M = 2.0
-"""How far cameras are from the hand (chosen: as around a table)."""
+"""[m] how far cameras are from the hand (chosen: as around a table)."""
 
 MARKER_LIFT_M = 0.003
-"""How far a marker's centre is from the skin: the radius of one of 6 mm."""
+"""[m] how far a marker's centre is from the skin: the radius of one of 6 mm."""
 
-_SKIN_IGNORED_M = (
-    0.001  # skin this close to a marker's centre does not hide it (chosen)
-)
+_SKIN_IGNORED_M = 0.001
+"""[m] skin this close to a marker's centre does not hide it (chosen)."""
 
 
 def directions(count: int = VIEW_DIRECTIONS) -> Floats:

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from handclean.arrays import Bools, Floats, Ints, expect_shape
 
 POINTS_PER_BLOCK = 20_000
-"""Points whose neighbourhoods are held at a time."""
+"""Points whose neighbourhoods are held at a time (chosen; memory)."""
 
 
 def neighbours(points: Floats, count: int) -> tuple[Floats, Ints]:

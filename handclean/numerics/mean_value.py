@@ -23,7 +23,8 @@ from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import HandcleanError
 
 IN_PLANE_SINE = 1e-9
-"""Sine of the angle below which a direction counts as in a triangle's plane."""
+"""[-] sine of the angle below which a direction counts as in a triangle's plane
+(chosen: above rounding)."""
 
 
 def mean_value_coordinates(points: Floats, vertices: Floats, faces: Ints) -> Floats:

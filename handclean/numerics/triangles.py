@@ -13,6 +13,7 @@ from handclean.kernels import boxes as box_kernels
 from handclean.kernels import nearest, rays
 
 _FACES_PER_LEAF = 4
+"""Faces of a leaf of the tree, about (chosen for speed alone)."""
 
 
 @dataclass(frozen=True, kw_only=True)

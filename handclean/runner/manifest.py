@@ -24,8 +24,9 @@ T = TypeVar("T")
 COLUMNS = ("input", "output")
 """Columns of every manifest; those of what is given of an input come after them."""
 
-MISSPELT = 0.75
-"""Share of a column's name that has to be right for it to be meant."""
+MISSPELT_SIMILARITY = 0.75
+"""[-] similarity (of `difflib`) of a cell and a column's name from which on it is meant
+(chosen)."""
 
 MOST_LINES = 1_000_000
 MOST_BYTES = 100_000_000
@@ -36,7 +37,8 @@ hundred bytes a line are a long path. A million takes of a second's work each ar
 days of one core, which several manifests share better.
 """
 
-_CHUNK = 1 << 20
+_CHUNK_BYTES = 1 << 20
+"""[bytes] that are read at once (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +101,9 @@ def _expect_no_header(where: str, cells: list[str], columns: Sequence[str]) -> N
 
 def _like_a_column(cell: str, columns: Sequence[str]) -> bool:
     """Whether a cell is the name of a column, perhaps misspelt."""
-    return bool(get_close_matches(cell.casefold(), columns, n=1, cutoff=MISSPELT))
+    return bool(
+        get_close_matches(cell.casefold(), columns, n=1, cutoff=MISSPELT_SIMILARITY)
+    )
 
 
 def _text(name: str, where: str) -> str:
@@ -127,7 +131,7 @@ def _bounded(stream: Any, where: str) -> bytes:
     """
     chunks: list[bytes] = []
     size = lines = 0
-    while chunk := stream.read1(_CHUNK):
+    while chunk := stream.read1(_CHUNK_BYTES):
         interrupts.raise_swallowed()
         if b"\0" in chunk:
             raise UsageError(

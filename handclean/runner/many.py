@@ -30,8 +30,11 @@ from handclean.runner.workers import in_workers
 Reports = Generator[tuple[int, Report], None, None]
 
 FAILED, WRONG_USAGE, NOT_MET = 1, 2, 3
+"""Exit statuses beside 0: an input failed, wrong usage or configuration, a requirement
+was not met."""
+
 DIFFERENT = 1
-"""Exit statuses beside 0."""
+"""The exit status of ``inspect --verify`` where two readers differ."""
 
 
 def run(work: Work, batch: Batch) -> int:

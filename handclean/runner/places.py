@@ -16,8 +16,8 @@ from handclean.errors import UsageError
 from handclean.runner.batch import Task
 from handclean.runner.records import Records
 
-_LOOKED_AT = 16
-"""Names of a folder that are tried for whether their case counts."""
+_TRIED_NAMES = 16
+"""Names of a folder that are tried for whether their case counts (chosen)."""
 
 
 def identity(path: Path) -> object:
@@ -51,7 +51,7 @@ def ignores_case(folder: Path) -> bool:
     """
     try:
         with os.scandir(folder) as entries:
-            some = [entry.name for entry in islice(entries, _LOOKED_AT)]
+            some = [entry.name for entry in islice(entries, _TRIED_NAMES)]
     except OSError:
         some = []
     names = [folder / name for name in some] + [folder]

@@ -19,7 +19,7 @@ from pathlib import Path
 from handclean.runner.places import nearest
 
 DEAD_AFTER_S = 7 * 86400.0
-"""[s] after which a file of another machine was left."""
+"""[s] after which a file of another machine was left (chosen)."""
 
 _NAME = re.compile(
     r"\.handclean-(?P<output>[0-9a-f]{12})-(?P<host>[0-9a-f]{8})-(?P<boot>[0-9a-f]{8})"

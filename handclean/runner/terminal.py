@@ -9,8 +9,9 @@ import re
 import sys
 import warnings
 
-LONGEST = 500
-"""Characters of an error or a warning; the middle of a longer one is left out."""
+MOST_CHARACTERS = 500
+"""Characters of an error or a warning; the middle of a longer one is left out
+(chosen)."""
 
 _CUT = " ... "
 _UNSAFE = re.compile(
@@ -33,16 +34,16 @@ def safe(text: str) -> str:
 
 
 def line(text: str) -> str:
-    """Return text as one safe line of no more than `LONGEST` characters."""
+    """Return text as one safe line of no more than `MOST_CHARACTERS` characters."""
     return shortened(safe(" ".join(text.split())))
 
 
 def shortened(text: str) -> str:
     """Leave out the middle of text that is too long; both ends say most."""
-    if len(text) <= LONGEST:
+    if len(text) <= MOST_CHARACTERS:
         return text
-    tail = LONGEST // 3
-    return text[: LONGEST - tail - len(_CUT)] + _CUT + text[-tail:]
+    tail = MOST_CHARACTERS // 3
+    return text[: MOST_CHARACTERS - tail - len(_CUT)] + _CUT + text[-tail:]
 
 
 def open_closed() -> None:

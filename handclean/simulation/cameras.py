@@ -22,22 +22,27 @@ from handclean.simulation.people import Person
 from handclean.simulation.scene import Scene
 
 LEAST_CAMERAS = 2
-"""Cameras that must see a marker."""
+"""Cameras that must see a marker: two lines of sight fix a point."""
 
 MERGING_DISTANCE_M = 0.0035
-"""[m] markers of 6 mm are one blob in an image when their lines come this close."""
+"""[m] markers of 6 mm are one blob in an image when their lines come this close
+(chosen)."""
 
 EDGE_SHADE_M = 0.0012
-"""[m] a marker this close behind an edge is seen in part, and rejected."""
+"""[m] a marker this close behind an edge is seen in part, and rejected (chosen)."""
 
 _OWN_SKIN_M = 0.003
-"""[m] skin this close to a marker's centre does not hide it: bending may push it in."""
+"""[m] skin this close to a marker's centre does not hide it: bending may push it in
+(chosen)."""
 
-_FRAMES_AT_ONCE = 100  # frames skinned at a time
+_FRAMES_AT_ONCE = 100
+"""Frames skinned at a time (chosen; memory)."""
 
-_NOISE_CAMERAS = 6.0  # cameras that see a point on whose number ``noise_m`` is defined
+_NOISE_CAMERAS = 6.0
+"""Cameras that see a point on whose number ``noise_m`` is defined (chosen)."""
 
-_BLINKS_PER_S, _BLINK_S = 2.5, 0.04
+_BLINKS_PER_S, _MEAN_BLINK_S = 2.5, 0.04
+"""How often a camera fails to see a marker that it could, and for how long (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +138,7 @@ def blink(seen: Bools, rate_hz: float, rng: np.random.Generator) -> Bools:
     frames, markers, count = seen.shape
     left = seen.copy()
     times = rng.poisson(_BLINKS_PER_S * frames / rate_hz * markers * count)
-    lasts = np.ceil(rate_hz * rng.exponential(_BLINK_S, times)).astype(int)
+    lasts = np.ceil(rate_hz * rng.exponential(_MEAN_BLINK_S, times)).astype(int)
     where = rng.integers(0, [[frames], [markers], [count]], (3, times))
     for (t, m, c), length in zip(where.T, lasts, strict=True):
         left[t : t + length, m, c] = False

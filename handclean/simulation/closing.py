@@ -27,13 +27,15 @@ from handclean.simulation.seating import (
 )
 
 CLOSING_STEPS = 160
-"""Steps of a closing movement; one step moves a fingertip by about a millimetre."""
+"""Steps of a closing movement; one step moves a fingertip by about a millimetre
+(chosen)."""
 
-OVERCLOSING = 1.45
-"""How far past its closed posture a finger goes when nothing stops it; 1: not."""
+OVERCLOSING_FACTOR = 1.45
+"""How far past its closed posture a finger goes when nothing stops it; 1: not
+(chosen)."""
 
 CONTACT_M = 0.0005
-"""[m] what is this close to the object touches it."""
+"""[m] what is this close to the object touches it (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,7 +187,7 @@ def _close_finger(
         return None
     here = angles.copy()
     here[hinges] = start
-    step = (closed[hinges] - start) * (OVERCLOSING / CLOSING_STEPS)
+    step = (closed[hinges] - start) * (OVERCLOSING_FACTOR / CLOSING_STEPS)
     moving = np.ones(len(hinges), dtype=bool)
     track = [start]
     for _ in range(CLOSING_STEPS):

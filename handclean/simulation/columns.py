@@ -11,7 +11,8 @@ import numpy as np
 from handclean.arrays import Ints, Ints32
 from handclean.simulation.ghosts import Ghost
 
-_PAUSE = 8  # frames a column stays empty before another track may use it
+_PAUSE_FRAMES = 8
+"""Frames that a column stays empty before another track may use it (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +66,7 @@ def assign_columns(
                 free_from.append(0)
                 last.append(-1)
         column[n] = chosen
-        free_from[chosen], last[chosen] = stop + _PAUSE, n
+        free_from[chosen], last[chosen] = stop + _PAUSE_FRAMES, n
     shuffled = rng.permutation(len(free_from))
     column = shuffled[column] if len(column) else column
     table = np.full((frames, markers), -1, dtype=np.int32)

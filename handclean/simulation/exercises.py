@@ -63,11 +63,15 @@ _BEATS: tuple[tuple[str, dict[str, float]], ...] = (
                             ("little", -0.6))),
 )  # fmt: skip
 
-_EXTREMES = np.array([[0, 48, 8], [0, -52, 8], [24, -5, 5], [-22, -5, 5]], dtype=float)
-"""[degrees] yaw, pitch, roll that bend and turn the wrist of a forearm kept ahead."""
+_WRIST_EXTREMES_DEG = np.array(
+    [[0, 48, 8], [0, -52, 8], [24, -5, 5], [-22, -5, 5]], dtype=float
+)
+"""[degrees] yaw, pitch, roll that bend and turn the wrist of a forearm kept ahead
+(chosen)."""
 
-_DRAWN_ALONG = 0.18
-"""How much a finger that bends takes its neighbours with it."""
+_DRAWN_ALONG_SHARE = 0.18
+"""[-] share of its own motion by which a finger that bends takes its neighbours along
+(chosen)."""
 
 
 def rom_scene(person: Person, times: Floats, rng: np.random.Generator) -> Scene:
@@ -166,7 +170,7 @@ def _bent(
                 beside = f"{_LONG[near]}_{part}" if 0 <= near < 4 else ""
                 if beside and beside not in wanted:
                     k = person.tree.hinges.index(beside)
-                    out[k] += _DRAWN_ALONG * (out[d] - base[d])
+                    out[k] += _DRAWN_ALONG_SHARE * (out[d] - base[d])
     return np.clip(out, low, high)
 
 
@@ -186,7 +190,7 @@ def _raised(
     middle, spread = np.array([0.0, -12.0, 12.0]), np.array([14.0, 12.0, 16.0])
     aims = middle + spread * rng.normal(size=(count, 3))
     if wrist:  # as many of the wrist's four extremes as there is time for
-        for k, extreme in enumerate(rng.permutation(_EXTREMES)[: count - 1]):
+        for k, extreme in enumerate(rng.permutation(_WRIST_EXTREMES_DEG)[: count - 1]):
             aims[k] = extreme + rng.normal(0.0, 4.0, 3)
         rng.shuffle(aims)
     stops = [orientation(*aim) for aim in aims]

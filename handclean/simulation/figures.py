@@ -15,10 +15,14 @@ from handclean.arrays import Bools, Floats, expect_shape, runs
 from handclean.numerics.subspace import principal_components
 
 PAVLLO_S, PAVLLO_SHARE = 0.36, 0.90
+"""[s] under which this share of all occlusions lasts (Pavllo et al. 2019, on figure
+13)."""
 
 PERCENTILES = (50.0, 90.0, 95.0, 99.0, 99.9)
+"""[%] that are told (chosen)."""
 
-_SPAN_S = 0.025  # speeds are means over this time, so that noise is no speed
+_SPEED_SPAN_S = 0.025
+"""[s] speeds are means over this time, so that noise is no speed (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +50,7 @@ def motion_figures(takes: Sequence[Floats], rate_hz: float) -> MotionFigures:
     rate_hz : frames per second.
     """
     known = [take[np.isfinite(take).all(axis=1)] for take in takes]
-    span = max(round(_SPAN_S * rate_hz), 1)
+    span = max(round(_SPEED_SPAN_S * rate_hz), 1)
     steps = [np.abs(take[span:] - take[:-span]) * (rate_hz / span) for take in takes]
     speeds = np.concatenate([step.ravel() for step in steps])
     centred = [take - take.mean(axis=0) for take in known if len(take)]

@@ -14,7 +14,7 @@ from handclean.hand.model import Model, marker_positions
 from handclean.hand.template import FINGERS, bone_frame
 from handclean.tree import JointTree
 
-_RADII = {  # [mm] proximal to distal segment
+_RADII_MM = {  # [mm] proximal to distal segment
     "thumb": (13.0, 10.0, 9.0),
     "index": (9.0, 8.2, 7.2),
     "middle": (9.2, 8.4, 7.4),
@@ -30,10 +30,11 @@ _PALM = (  # start, stop, radius [mm]; x as a share of breadth, y of length
     ((-0.19, 0.09, -9.0), (-0.33, 0.26, -9.0), 10.5),
 )
 
-_FOREARM = (
+_FOREARM_MM = (
     ((-11.0, -25.0, 0.0), (-14.0, -220.0, 0.0), 19.0),
     ((11.0, -25.0, 0.0), (14.0, -220.0, 0.0), 19.0),
 )
+"""Start, stop, radius [mm] of the forearm's capsules (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +80,7 @@ def clothe(tree: JointTree, tips: dict[str, float], plump: float) -> Flesh:
         rows += _segments(tree, finger, tips[finger], 1e-3 * plump)
     rows += [
         ("forearm", 1e-3 * np.array(start), 1e-3 * np.array(stop), radius)
-        for start, stop, radius in _FOREARM
+        for start, stop, radius in _FOREARM_MM
     ]
     bone = np.array([tree.bone(row[0]) for row in rows], dtype=np.int64)
     ends = Model(
@@ -98,10 +99,10 @@ def _segments(
     """Bone, start, stop [m] and template radius [mm] of a finger's three capsules."""
     bones = [bone for bone in tree.bones if bone.startswith(finger)]
     children = [tree.offsets[tree.bone(bone)] for bone in bones[1:]]
-    end = (tip - plump * _RADII[finger][2]) * bone_frame(finger)[:, 1]
+    end = (tip - plump * _RADII_MM[finger][2]) * bone_frame(finger)[:, 1]
     return [
         (bone, np.zeros(3), stop, radius)
         for bone, stop, radius in zip(
-            bones, [*children, end], _RADII[finger], strict=True
+            bones, [*children, end], _RADII_MM[finger], strict=True
         )
     ]

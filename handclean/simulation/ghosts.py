@@ -14,8 +14,12 @@ from handclean.arrays import Bools, Floats, runs
 from handclean.numerics.rotations import rotated
 from handclean.simulation.losses import first_frames
 
-_LASTS_S = 0.025  # mean life of a short-lived ghost
-_STAYS_S = (0.15, 0.9)  # life of an impostor, at least 30 frames
+_MEAN_GHOST_S = 0.025
+"""[s] mean life of a short-lived ghost (chosen)."""
+
+_IMPOSTOR_S = (0.15, 0.9)
+"""[s] shortest and longest life of an impostor, which is 30 frames at least
+(chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +57,7 @@ def flashes(
     ghosts = []
     for start in rng.integers(clean, frames, rng.poisson(per_s * frames / rate_hz)):
         long = rng.random() < 0.1
-        mean = rate_hz * _LASTS_S * (10.0 if long else 1.0)
+        mean = rate_hz * _MEAN_GHOST_S * (10.0 if long else 1.0)
         life = min(int(rng.geometric(1.0 / max(mean, 1.0))), frames - start)
         low, high = markers[start].min(axis=0) - 0.05, markers[start].max(axis=0) + 0.05
         at = rng.uniform(low, high)
@@ -89,10 +93,10 @@ def impostors(
     """
     frames, count = seen.shape
     left, ghosts = seen.copy(), []
-    least = max(30, int(_STAYS_S[0] * rate_hz))
+    least = max(30, int(_IMPOSTOR_S[0] * rate_hz))
     clean = first_frames(rate_hz)
     for _ in range(rng.poisson(per_s * frames / rate_hz)):
-        life = max(int(rng.uniform(*_STAYS_S) * rate_hz), least)
+        life = max(int(rng.uniform(*_IMPOSTOR_S) * rate_hz), least)
         hidden = [
             (m, a, b)
             for m in range(count)

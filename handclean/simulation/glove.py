@@ -25,8 +25,8 @@ from handclean.simulation.glove_sensors import (
 )
 from handclean.simulation.settings import SimulateConfig
 
-RATE_HZ = 60.0
-"""[Hz] frames per second, where the settings have that of cameras."""
+GLOVE_RATE_HZ = 60.0
+"""[Hz] frames per second, where the settings have that of cameras (chosen)."""
 
 CALIBRATION_POSES = ("flat", "spread", "fist", "overbend")
 """Key poses of a calibration (figure 4)."""
@@ -48,7 +48,8 @@ WIDGETS: Mapping[str, tuple[tuple[str, float], tuple[int, ...]]] = {
     "wrist_flexion": (("wrist_flexion", 1.0), (-40, -20, 0, 20, 40)),
     "wrist_deviation": (("wrist_deviation", 1.0), (-20, -10, 0, 10, 20)),
 }
-"""Rotations that widgets hold: the hinge that takes them, and the angles [degrees]."""
+"""Rotations that widgets hold: the hinge that takes them, and the angles [degrees]
+(chosen)."""
 
 TEST_WIDGETS = {"index_middle_abduction": (0, 25)}
 """Widgets of the tests (figure 11)."""
@@ -199,7 +200,7 @@ def _take(
         "free": 6.0,
         "markers": 25.0,
     }
-    times = np.arange(round(lasts.get(kind, 20.0) * RATE_HZ)) / RATE_HZ
+    times = np.arange(round(lasts.get(kind, 20.0) * GLOVE_RATE_HZ)) / GLOVE_RATE_HZ
     moved: tuple[str, ...] = ()
     late = 0.0
     if kind == "pose":

@@ -20,9 +20,9 @@ from handclean.tree import POSE_HEAD, JointTree
 LONG = FINGERS[1:]
 
 _TREMOR_RAD = np.radians(0.25)
-"""[rad] how much a joint trembles that is held still."""
+"""[rad] how much a joint trembles that is held still (chosen)."""
 
-_FREE = {  # [degrees] low, high of free movement
+_FREE_RANGE_DEG = {  # [degrees] low, high of free movement
     "thumb_cmc_abduction": (0, 55),
     "thumb_cmc_flexion": (-15, 45),
     "thumb_mcp_flexion": (-5, 50),
@@ -38,7 +38,7 @@ _FREE = {  # [degrees] low, high of free movement
 }
 _MOVES = tuple(
     name
-    for name in _FREE
+    for name in _FREE_RANGE_DEG
     if "_" in name[4:] and name.split("_", 1)[0] not in ("mcp", "pip", "dip")
 )
 
@@ -167,7 +167,7 @@ def moving(
 
 
 def _range(hinge: str) -> tuple[float, float]:
-    return _FREE.get(hinge) or _FREE[hinge.split("_", 1)[1]]
+    return _FREE_RANGE_DEG.get(hinge) or _FREE_RANGE_DEG[hinge.split("_", 1)[1]]
 
 
 def _posture(wearer: Wearer, rng: np.random.Generator) -> Floats:

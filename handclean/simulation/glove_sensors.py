@@ -20,10 +20,10 @@ from handclean.arrays import Floats
 from handclean.errors import UnknownNameError
 
 NOISE_SD_RAD, MOST_NOISE_RAD = np.radians(1.42), np.radians(3.0)
-"""[rad] normal, cut off: 1.1 degrees in the mean."""
+"""[rad] normal, cut off: 1.1 degrees in the mean, 3 at most (Kessler et al. 1995)."""
 
 LARGEST_READING = 255.0
-"""Readings are whole numbers from 0 to this."""
+"""Readings are whole numbers from 0 to this: a converter of 8 bits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +47,7 @@ class Sensor:
     together: float = 0.0
 
 
-_RANGES = {  # [degrees]
+_RANGES_DEG = {  # [degrees]
     "T_TMC": ("thumb_cmc_flexion", -20, 50),
     "TI_ABD": ("thumb_cmc_abduction", -10, 60),
     "T_MCP": ("thumb_mcp_flexion", -10, 60),
@@ -77,14 +77,15 @@ _STRETCH: dict[str, tuple[tuple[tuple[str, float], ...], float]] = {
         -0.4,
     ),
 }  # fmt: skip
-_MOST_SIDE_STRETCH = 0.06
-"""Most that a neighbour of no account stretches a sensor."""
+_MOST_SIDE_STRETCH_SHARE = 0.06
+"""[-] share of the range by which a neighbour of no account stretches a sensor, at most
+(chosen)."""
 
 
 def _sensor(name: str) -> Sensor:
     stretched, together = _STRETCH.get(name, ((), 0.0))
-    if name in _RANGES:
-        hinge, low, high = _RANGES[name]
+    if name in _RANGES_DEG:
+        hinge, low, high = _RANGES_DEG[name]
         measures = {hinge: 1.0}
     elif name in _ASIDE:
         one, other, high = _ASIDE[name]
@@ -256,7 +257,9 @@ def make_hardware(glove: str, rng: np.random.Generator) -> Hardware:
         known = {sensor.name} | {name for name, _ in sensor.stretched}
         for t in (s - 1, s + 1):
             if 0 <= t < count and sensors[t].name not in known and sensor.measures:
-                slight[s, t] = rng.uniform(-_MOST_SIDE_STRETCH, _MOST_SIDE_STRETCH)
+                slight[s, t] = rng.uniform(
+                    -_MOST_SIDE_STRETCH_SHARE, _MOST_SIDE_STRETCH_SHARE
+                )
     room = np.array([_room(sensor) for sensor in sensors])
     span = rng.uniform(150.0, 175.0, count) / (1.0 + room)
     return Hardware(

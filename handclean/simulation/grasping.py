@@ -26,11 +26,17 @@ from handclean.simulation.scene import (
 from handclean.simulation.timing import fidget, movement, staggered
 
 _MOST_TRIES = 40
-_WAYS = 8  # ways to the object tried out to find one that does not lead through it
-_GRAZE_M = -0.0025  # [m] depth at which a way leads through the object
+"""Grasps that are tried for a trial, at most (chosen)."""
+
+_TRIED_WAYS = 8
+"""Ways to the object that are tried to find one that does not lead through it
+(chosen)."""
+
+_GRAZE_M = -0.0025
+"""[m] depth at which a way leads through the object (chosen)."""
 
 _IDLE_SD_RAD = np.radians(4.0)
-"""[rad] how much fingers that hold nothing move about; standard deviation."""
+"""[rad] how much fingers that hold nothing move about; standard deviation (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +62,7 @@ def grasp_scene(
     """
     name, held = _draw_grasp(person, names, rng)
     best, clear = None, -np.inf
-    for _ in range(_WAYS):
+    for _ in range(_TRIED_WAYS):
         scene, plan = _draw_scene(person, times, name, held, rng)
         reaching = slice(*np.searchsorted(times, [plan.reach, plan.lift]))
         gaps = deepest(person, scene.poses[reaching], _part(scene.bodies[0], reaching))

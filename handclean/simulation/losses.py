@@ -12,9 +12,16 @@ import numpy as np
 
 from handclean.arrays import Bools, Ints, runs
 
-_MEDIAN_S, _SPREAD = 0.05, 1.35
-_CLEAN_S = 0.1  # at the start of a take every marker is there, as maycock2015 demands
-_BREAKS_PER_S = 0.02  # of a marker's track, which goes on under another number
+_MEDIAN_LOSS_S, _LOG_LOSS_SD = 0.05, 1.35
+"""Lengths of losses: the median and the standard deviation of the logarithm (see
+above)."""
+
+_COMPLETE_START_S = 0.1
+"""[s] at the start of a take in which every marker is there, as maycock2015 demands
+(chosen)."""
+
+_BREAKS_PER_S = 0.02
+"""Of a marker's track, which goes on under another number (chosen)."""
 
 
 def dropouts(
@@ -31,14 +38,14 @@ def dropouts(
     frames, markers = seen.shape
     for m in range(markers):
         for start in rng.uniform(0.0, frames, rng.poisson(per_s * frames / rate_hz)):
-            lasts = rate_hz * _MEDIAN_S * rng.lognormal(0.0, _SPREAD)
+            lasts = rate_hz * _MEDIAN_LOSS_S * rng.lognormal(0.0, _LOG_LOSS_SD)
             left[int(start) : int(start + max(lasts, 1.0)), m] = False
     return left
 
 
 def first_frames(rate_hz: float) -> int:
     """Frames at the start of a take that nothing disturbs."""
-    return max(int(_CLEAN_S * rate_hz), 1)
+    return max(int(_COMPLETE_START_S * rate_hz), 1)
 
 
 def tracks(seen: Bools, rate_hz: float, rng: np.random.Generator) -> Ints:

@@ -27,15 +27,30 @@ from handclean.numerics.triangles import closest
 from handclean.simulation.flesh import Flesh, clothe
 from handclean.tree import JointTree
 
-_LENGTH = {"men": (0.1938, 0.0100), "women": (0.1805, 0.0091)}
-_BREADTH = {"men": (0.0904, 0.0042), "women": (0.0794, 0.0038)}
-_ALIKE = 0.55  # correlation of hand length and breadth within a sex
+_LENGTH_M = {"men": (0.1938, 0.0100), "women": (0.1805, 0.0091)}
+"""[m] mean and standard deviation of hand length (Greiner 1991)."""
 
-_FADES = 0.015  # [m] how far from a joint its skin slides
-_SINKS = {"ring": 0.8e-3, "little": 1.6e-3}  # [m] per quarter turn of the knuckle
-_LIFT, _LIFT_SD = 0.0040, 0.0004  # [m] a marker's radius and what it is glued on with
-_HELD = 0.007  # [m] a set's marker this high over the skin sits on a glove or a holder
-_CLEARANCE = 0.0026  # [m] least distance of a forearm marker's centre from the skin
+_BREADTH_M = {"men": (0.0904, 0.0042), "women": (0.0794, 0.0038)}
+"""[m] the same of hand breadth (Greiner 1991)."""
+
+_SIZE_CORRELATION = 0.55
+"""[-] correlation of hand length and breadth within a sex (chosen)."""
+
+_SLIDING_REACH_M = 0.015
+"""[m] how far from a joint its skin slides (chosen)."""
+
+_SINKING_M = {"ring": 0.8e-3, "little": 1.6e-3}
+"""[m] by which markers over these knuckles sink per quarter turn of the knuckle
+(chosen)."""
+
+_LIFT_M, _LIFT_SD_M = 0.0040, 0.0004
+"""[m] a marker's radius and what it is glued on with (chosen)."""
+
+_HOLDER_HEIGHT_M = 0.007
+"""[m] a set's marker this high over the skin sits on a glove or a holder (chosen)."""
+
+_FOREARM_CLEARANCE_M = 0.0026
+"""[m] least distance of a forearm marker's centre from the skin (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,9 +129,9 @@ def _draw_tree(
     """Draw a joint tree and how much longer than scaled each bone turned out."""
     sex = "men" if rng.random() < 0.5 else "women"
     one, two = rng.normal(size=2)
-    two = _ALIKE * one + np.sqrt(1.0 - _ALIKE**2) * two
-    length = _LENGTH[sex][0] + _LENGTH[sex][1] * np.clip(one, -2.2, 2.2)
-    breadth = _BREADTH[sex][0] + _BREADTH[sex][1] * np.clip(two, -2.2, 2.2)
+    two = _SIZE_CORRELATION * one + np.sqrt(1.0 - _SIZE_CORRELATION**2) * two
+    length = _LENGTH_M[sex][0] + _LENGTH_M[sex][1] * np.clip(one, -2.2, 2.2)
+    breadth = _BREADTH_M[sex][0] + _BREADTH_M[sex][1] * np.clip(two, -2.2, 2.2)
     tree = template("left", length, breadth, forearm=True, subject=name)
     offsets, ratio = tree.offsets.copy(), dict.fromkeys(tree.bones, 1.0)
     for b, bone in enumerate(tree.bones):
@@ -157,7 +172,7 @@ def _glue(
             place[1] *= ratio[bone]
         spread = 0.0015 if bone.endswith("distal") else 0.0020
         place[:2] += np.clip(rng.normal(0.0, spread, 2), -2.5 * spread, 2.5 * spread)
-        lift = _LIFT + np.clip(rng.normal(0.0, _LIFT_SD), -2.0 * _LIFT_SD, None)
+        lift = _LIFT_M + np.clip(rng.normal(0.0, _LIFT_SD_M), -2.0 * _LIFT_SD_M, None)
         b = tree.bone(bone)
         if bone == "forearm":
             at[m] = _on_capsules(place, flesh, b)
@@ -177,7 +192,7 @@ def _on_skin(
     moved = ((surface.bones == bone) & (surface.weights > 0.0)).any(axis=1)
     own = np.flatnonzero(moved[surface.faces].any(axis=1))
     foot = closest(surface.vertices, surface.faces[own], (joint + place)[None])
-    off = np.where(foot.distance > _HELD, foot.distance, lift)
+    off = np.where(foot.distance > _HOLDER_HEIGHT_M, foot.distance, lift)
     on = OnSkin(face=own[foot.face], share=foot.share, lift=off)
     at: Floats = lifted(surface.vertices, surface.faces, on)[0] - joint
     return at
@@ -187,7 +202,7 @@ def _on_capsules(place: Floats, flesh: Flesh, bone: int) -> Floats:
     """(3,) [m] a place on a bone, raised until it is outside the bone's capsules."""
     own = np.flatnonzero(flesh.bone == bone)
     starts, stops = (flesh.ends.at[rows] for rows in (own, len(flesh.bone) + own))
-    while _depth(place, starts, stops, flesh.radius[own]) < _CLEARANCE:
+    while _depth(place, starts, stops, flesh.radius[own]) < _FOREARM_CLEARANCE_M:
         place = place + np.array([0.0, 0.0, 0.0002])
     return place
 
@@ -223,12 +238,12 @@ def _draw_skin(
             away = markers.at[m] - here
             # along the skin, the height above the joint does not count
             away = away - frame[:, 2] * (frame[:, 2] @ away)
-            fade = np.exp(-float(np.linalg.norm(away)) / _FADES)
+            fade = np.exp(-float(np.linalg.norm(away)) / _SLIDING_REACH_M)
             skin[m, d] = amount * fade * askew
             finger = hinge.split("_")[0]
-            if tree.bones[b] == "hand" and finger in _SINKS:
+            if tree.bones[b] == "hand" and finger in _SINKING_M:
                 sink = np.exp(-float(np.linalg.norm(away)) / 0.02)
-                skin[m, d, 2] -= _SINKS[finger] / quarter * sink
+                skin[m, d, 2] -= _SINKING_M[finger] / quarter * sink
     return skin
 
 

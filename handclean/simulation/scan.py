@@ -23,16 +23,24 @@ from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.shaping import reshaped
 from handclean.tree import JointTree
 
-_FAIR = 0.3
-"""Cosine of the angle between skin and line of sight above which a camera uses it."""
+_LEAST_COSINE = 0.3
+"""Cosine of the angle between skin and line of sight above which a camera uses it
+(chosen)."""
 
 _TONES = np.array([[243, 203, 178], [224, 172, 140], [190, 128, 92], [120, 74, 50]])
 _SLEEVES = np.array([[40, 60, 120], [70, 70, 74], [225, 226, 224], [30, 90, 60]])
 _TABLES = np.array([[35, 95, 70], [150, 152, 155], [120, 84, 56], [60, 60, 66]])
+"""Colours of skins, sleeves and tables: red, green, blue, 0 to 255 (chosen)."""
 
-_HOLES, _FLOATERS = 14, 0.015  # how many, share of the points
-_CLICK = 0.0015  # [m] error of a landmark set by hand, along the skin
-_HEIGHT = 0.24  # [m] of the wrist above the table
+_HOLES, _FLOATER_SHARE = 14, 0.015
+"""How many holes a scan has, and the share of its points that float beside the hand
+(chosen)."""
+
+_CLICK_SD_M = 0.0015
+"""[m] error of a landmark set by hand, along the skin (chosen)."""
+
+_WRIST_HEIGHT_M = 0.24
+"""[m] of the wrist above the table (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +135,7 @@ def make_scan(
 def _posture(tree: JointTree, rng: np.random.Generator) -> Floats:
     """(7 + D,) upright, fingers spread, each joint a few degrees bent."""
     pose = neutral_pose(tree)
-    pose[:3] = [*rng.normal(0.0, 0.02, 2), _HEIGHT]
+    pose[:3] = [*rng.normal(0.0, 0.02, 2), _WRIST_HEIGHT_M]
     upright = Rotation.from_euler("x", 90.0, degrees=True)
     tilt = Rotation.from_euler("zyx", rng.normal(0.0, [90.0, 6.0, 6.0]), degrees=True)
     pose[3:7] = np.roll((tilt * upright).as_quat(), 1)
@@ -184,7 +192,7 @@ def _views(
     """(P,) how many cameras see each point at a fair angle."""
     way = eyes - points[:, None]
     way /= np.linalg.norm(way, axis=2, keepdims=True)
-    fair = np.einsum("pck,pk->pc", way, normals) > _FAIR
+    fair = np.einsum("pck,pk->pc", way, normals) > _LEAST_COSINE
     tree = box_tree(skin, surface.faces)
     hidden = hidden_behind(skin[None], tree, points[None], eyes, skip_m=2e-4)[0]
     count: Ints = (fair & ~hidden).sum(axis=1)
@@ -229,7 +237,7 @@ def _floaters(
     points: Floats, normals: Floats, tone: Floats, rng: np.random.Generator
 ) -> tuple[Floats, Floats, Floats]:
     """Points beside the outlines of the hand: places, normals, mixed colours."""
-    rows = rng.choice(len(points), int(_FLOATERS * len(points)))
+    rows = rng.choice(len(points), int(_FLOATER_SHARE * len(points)))
     off = rng.exponential(0.004, len(rows))[:, None]
     way = normals[rows] + rng.normal(0.0, 0.5, (len(rows), 3))
     grey = np.array([95.0, 98.0, 105.0])
@@ -239,6 +247,6 @@ def _floaters(
 
 def _click(place: Floats, hand: Floats, rng: np.random.Generator) -> Floats:
     """(3,) [m] the point of the scan somebody takes for a landmark."""
-    meant = place + rng.normal(0.0, _CLICK / np.sqrt(2.0), 3)
+    meant = place + rng.normal(0.0, _CLICK_SD_M / np.sqrt(2.0), 3)
     out: Floats = hand[int(np.argmin(((hand - meant) ** 2).sum(axis=1)))]
     return out

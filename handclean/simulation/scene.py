@@ -22,8 +22,8 @@ _PERSON = (  # name, size, place [m]: what stands behind the table and hides it
     ("head", (0.085, 0.11, 0.13), (-0.08, -0.50, 0.53)),
 )
 
-_ELBOW = np.array([-0.05, -0.55, 0.16])
-"""[m] where forearms come from, seen from the place where the hand rests."""
+_ELBOW_M = np.array([-0.05, -0.55, 0.16])
+"""[m] where forearms come from, seen from the place where the hand rests (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +119,7 @@ def _wrist(places: Floats, turns: Rotation, shake: Floats) -> Floats:
     In the hand's frame the forearm, turned by flexion a about x and deviation b about
     z, points to (sin b, -cos b cos a, -cos b sin a).
     """
-    back = turns.inv().apply(_ELBOW - places)
+    back = turns.inv().apply(_ELBOW_M - places)
     back /= np.linalg.norm(back, axis=1, keepdims=True)
     flexion = np.arctan2(-back[:, 2], -back[:, 1])
     deviation = np.arcsin(np.clip(back[:, 0], -1.0, 1.0))

@@ -13,7 +13,7 @@ from handclean.simulation.grasps import Grasp
 from handclean.simulation.people import Person
 
 PAD_DEPTH_M = 0.0006
-"""[m] how deep a segment sinks into its own pad when it touches."""
+"""[m] how deep a segment sinks into its own pad when it touches (chosen)."""
 
 _ROOTS = tuple(f"{finger}_proximal" for finger in FINGERS[1:])
 

@@ -14,9 +14,15 @@ from handclean.hand.surface import Surface, rest_joints, vertex_normals
 from handclean.hand.template import FINGERS, bone_frame, distal_length
 from handclean.tree import MIRROR, JointTree
 
-_THICKNESS, _TAPER = 0.06, 0.05  # sd of the logarithm of a segment's girth; of its ends
-_DEPTH = 0.05  # sd of the logarithm of the palm's depth
-_SWELLINGS, _WIDTH, _HEIGHT = 60, 0.011, 0.001  # how many, [m] sd, [m] sd
+_LOG_GIRTH_SD, _LOG_TAPER_SD = 0.06, 0.05
+"""Standard deviation of the logarithm of a segment's girth, and of that of its ends
+(chosen)."""
+
+_LOG_DEPTH_SD = 0.05
+"""Standard deviation of the logarithm of the palm's depth (chosen)."""
+
+_SWELLINGS, _SWELLING_SD_M, _SWELLING_HEIGHT_SD_M = 60, 0.011, 0.001
+"""How many there are; [m] width and height, one standard deviation (chosen)."""
 
 
 def reshaped(surface: Surface, tree: JointTree, rng: np.random.Generator) -> Surface:
@@ -30,9 +36,11 @@ def reshaped(surface: Surface, tree: JointTree, rng: np.random.Generator) -> Sur
     normals = vertex_normals(places, surface.faces)
     centres = places[rng.integers(0, len(places), _SWELLINGS)]
     height = np.zeros(len(places))
-    for centre, size in zip(centres, rng.normal(0.0, _HEIGHT, _SWELLINGS), strict=True):
+    for centre, size in zip(
+        centres, rng.normal(0.0, _SWELLING_HEIGHT_SD_M, _SWELLINGS), strict=True
+    ):
         away2 = ((places - centre) ** 2).sum(axis=1)
-        height += size * np.exp(-0.5 * away2 / _WIDTH**2)
+        height += size * np.exp(-0.5 * away2 / _SWELLING_SD_M**2)
     return replace(surface, vertices=places + height[:, None] * normals)
 
 
@@ -42,10 +50,10 @@ def _girth(surface: Surface, tree: JointTree, rng: np.random.Generator) -> Float
     mirror = MIRROR if tree.side == "right" else np.ones(3)
     out = np.zeros(surface.vertices.shape)
     for b, bone in enumerate(tree.bones):
-        size, taper = rng.normal(0.0, _THICKNESS), rng.normal(0.0, _TAPER)
+        size, taper = rng.normal(0.0, _LOG_GIRTH_SD), rng.normal(0.0, _LOG_TAPER_SD)
         share = np.where(surface.bones == b, surface.weights, 0.0).sum(axis=1)
         if b == 0:
-            deep = np.exp(_DEPTH * rng.normal()) - 1.0
+            deep = np.exp(_LOG_DEPTH_SD * rng.normal()) - 1.0
             out[:, 2] += share * deep * surface.vertices[:, 2]
             continue
         finger, segment = bone.split("_")[0], bone.split("_")[-1]

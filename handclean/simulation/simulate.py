@@ -39,6 +39,8 @@ from handclean.simulation.settings import SCENARIOS, SimulateConfig
 from handclean.tree import MIRROR, JointTree, rigid_tree
 
 _DURATION_S = {"grasp": 5.0, "rom": 24.0, "free": 10.0, "demo": 4.0}
+"""[s] of a scenario's takes, where the settings do not say (chosen)."""
+
 _SUBJECT, _TRIAL, _RIG = 1, 2, 3  # what a seed's streams of numbers are for
 _SHAPE, _SCAN = 4, 5
 

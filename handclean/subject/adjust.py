@@ -38,8 +38,9 @@ from handclean.kernels import bundle
 from handclean.kernels.bundle import Eliminated, Measured
 from handclean.subject.shape import Expectation, PosePrior, Shape, pose_numbers, prior
 
-MEDIAN_OF_NORMS = 1.5382
-"""Median length of a vector of three independent standard normal numbers."""
+MEDIAN_NORM_SD = 1.5382
+"""[standard deviations] median length of a vector of three independent standard normal
+numbers (a property of the chi distribution)."""
 
 LEAST_COST_STEP = 0.1
 """A step that lowers the cost by less moves no number of the shape by more than about a
@@ -163,7 +164,7 @@ def marker_noise(
     measured = 3 * len(seen)
     free = max(measured - numbers, 0.1 * measured)
     middle = float(np.median(seen))
-    return max(middle / MEDIAN_OF_NORMS * math.sqrt(measured / free), floor_m)
+    return max(middle / MEDIAN_NORM_SD * math.sqrt(measured / free), floor_m)
 
 
 def adjust(

@@ -19,10 +19,11 @@ from handclean.remarks import Remark, remark
 from handclean.subject.frames import LEAST_FRAMES, Frames
 
 DIFFERENT_RMS_M = 0.0015
-"""[m] RMS difference of distances from which on takes are called different."""
+"""[m] RMS difference of distances from which on takes are called different (chosen
+between the figures above)."""
 
 DIFFERENT_SPREADS = 2.0
-"""And how many times more than the distances vary within takes."""
+"""And how many times more than the distances vary within takes (chosen)."""
 
 
 def remarks_on_takes(model: Model, frames: Frames) -> list[Remark]:

@@ -44,16 +44,17 @@ from handclean.subject.start import first_poses, guess, loose, scaled
 from handclean.tree import POSE_HEAD
 
 GUESS_FRAMES = 12
-"""Frames that size and side are guessed from."""
+"""Frames that size and side are guessed from (chosen)."""
 
 MOST_CANDIDATE_FRAMES = 1200
-"""Frames that are looked at when frames are chosen, and when errors are measured."""
+"""Frames that are looked at when frames are chosen, and when errors are measured
+(chosen)."""
 
 LEAST_CLEAN_SHARE = 0.3
-"""Share of the candidates that must fit well for the others to be left out."""
+"""Share of the candidates that must fit well for the others to be left out (chosen)."""
 
 STILL_AXIS_TILT_SD_RAD = 0.005
-"""[rad] how far the axis of a joint that hardly moved may tilt."""
+"""[rad] how far the axis of a joint that hardly moved may tilt (chosen)."""
 
 SCANNED_HAND = Expectation(
     length=0.03,
@@ -63,10 +64,11 @@ SCANNED_HAND = Expectation(
     place_m=0.003,
     size=0.02,
 )
-"""How far a hand may be from what a scan told of it."""
+"""How far a hand may be from what a scan told of it (chosen)."""
 
 START_NOISE_M = 0.005
-"""[m] noise the first adjustment starts with: the template is not better than that."""
+"""[m] noise the first adjustment starts with: the template is not better than that
+(chosen)."""
 
 
 def calibrate(

@@ -11,8 +11,8 @@ from handclean.subject.frames import LEAST_FRAMES, Frames
 from handclean.subject.judge import Fit
 from handclean.tree import ROOT_DOFS, JointTree
 
-NOISY_M = 0.001
-"""[m] noise from which on it is remarked on."""
+NOISY_SD_M = 0.001
+"""[m] noise from which on it is remarked on (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +147,7 @@ def remarks_on_equations(frames: Frames, tree: JointTree) -> list[Remark]:
 
 def remarks_on_noise(camera_m: float) -> list[Remark]:
     """Say when noise is so large that it makes fingers long (see ``adjust``)."""
-    if camera_m < NOISY_M:
+    if camera_m < NOISY_SD_M:
         return []
     text = (
         f"markers are noisy ({1e3 * camera_m:.1f} mm each way): fingers come out a "

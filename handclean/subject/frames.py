@@ -20,10 +20,10 @@ from handclean.errors import TAKE, HandcleanError, TakeNumber, UnknownNameError
 from handclean.recording import Numbering, Recording
 
 LEAST_FRAMES = 10
-"""Fewer frames with enough markers are no range-of-motion take."""
+"""Fewer frames with enough markers are no range-of-motion take (chosen)."""
 
 LEAST_MARKER_SHARE = 0.6
-"""Share of a set's markers a frame needs to be of use."""
+"""Share of a set's markers a frame needs to be of use (chosen)."""
 
 _FOURTH_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 

@@ -19,17 +19,20 @@ from handclean.subject.start import OUTLIER_M, first_poses, fitted
 from handclean.tree import POSE_HEAD, ROOT_DOFS, JointTree
 
 DOUBTFUL_M = 0.005
-"""[m] and more than the loss' constant: a sample so far off is called doubtful."""
+"""[m] and more than the loss' constant: a sample so far off is called doubtful
+(chosen)."""
 
 UNLEARNT_TILT_SD_SHARE = 0.8
-"""A tilt whose standard deviation is more than this part of the prior's was not
-learnt."""
+"""A tilt whose standard deviation is more than this part of the prior's was not learnt
+(chosen)."""
 
 NORMAL_RANGE_SD = 4.65
-"""Standard deviations between the first and the last hundredth of normal numbers."""
+"""Standard deviations between the first and the last hundredth of normal numbers (a
+property of the normal distribution)."""
 
 LIMIT_MARGIN_RAD = 0.03
-"""[rad] by which limits go beyond the range of a joint that went beyond them."""
+"""[rad] by which limits go beyond the range of a joint that went beyond them
+(chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

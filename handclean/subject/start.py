@@ -22,16 +22,19 @@ from handclean.subject.shape import PosePrior
 from handclean.tree import POSE_HEAD
 
 TEMPLATE_PLACE_SD_M = 0.008
-"""[m] how far a marker may lie from a template's before anything is calibrated."""
+"""[m] how far a marker may lie from a template's before anything is calibrated
+(chosen)."""
 
 OUTLIER_M = 0.04
-"""[m] a marker so far away counts little, when nothing is calibrated."""
+"""[m] a marker so far away counts little, when nothing is calibrated (chosen)."""
 
-TRIED_SIZES = np.exp(np.linspace(np.log(0.53), np.log(1.45), 15))
-"""Sizes of hands to try, against the template's."""
+TRIED_SIZE_RATIOS = np.exp(np.linspace(np.log(0.53), np.log(1.45), 15))
+"""Sizes of hands to try, against the template's (chosen: from small children to large
+men)."""
 
 CLEAR_SIDE_RATIO = 1.5
-"""By what factor one side must fit better than the other to be called clear."""
+"""By what factor one side must fit better than the other to be called clear
+(chosen)."""
 
 
 def postures(model: Model) -> Floats:
@@ -153,7 +156,7 @@ def guess(marker_set: MarkerSet, frames: Frames, side: str) -> Guess:
         model = marker_set.on(template(chirality, forearm=marker_set.forearm))
         costs[chirality] = [
             first_poses(scaled(model, size), frames.targets, frames.seen)[1].sum()
-            for size in TRIED_SIZES
+            for size in TRIED_SIZE_RATIOS
         ]
     other = "left" if side == "right" else "right"
     mine, mirrored = min(costs[side]), min(costs[other])
@@ -163,11 +166,11 @@ def guess(marker_set: MarkerSet, frames: Frames, side: str) -> Guess:
             f" one; give --side {other}, or the set of that hand"
         )
     best = int(np.argmin(costs[side]))
-    if best in (0, len(TRIED_SIZES) - 1):
-        _refuse(float(TRIED_SIZES[best]))
+    if best in (0, len(TRIED_SIZE_RATIOS) - 1):
+        _refuse(float(TRIED_SIZE_RATIOS[best]))
     return Guess(
         side=side,
-        size=float(TRIED_SIZES[best]),
+        size=float(TRIED_SIZE_RATIOS[best]),
         clear=mirrored > CLEAR_SIDE_RATIO * mine,
     )
 

@@ -41,7 +41,7 @@ from handclean.runner import plan
 from handclean.runner.batch import Task
 from handclean.runner.command import Work
 from handclean.runner.execute import execute
-from handclean.simulation.glove import RATE_HZ, simulate_glove
+from handclean.simulation.glove import GLOVE_RATE_HZ, simulate_glove
 from handclean.simulation.settings import SimulateConfig
 from tests.edits import edited
 
@@ -88,7 +88,7 @@ def folder(tmp_path_factory, session):
     tree = session.wearer.tree
     markers = next(take for take in session.takes if take.name == "w1/markers")
     truth = Recording(
-        rate=RATE_HZ,
+        rate=GLOVE_RATE_HZ,
         frames=len(markers.times),
         motions={tree.side: Motion(names=tree.hinges, angles=markers.angles)},
         skeletons={tree.side: tree},
@@ -156,7 +156,7 @@ def test_free_movement_becomes_angles_near_the_truth(folder, session, calibratio
     take = files.read(out)
     motion = take.motions["right"]
     truth = next(t for t in session.takes if t.name == "w2/motion")
-    assert take.rate == pytest.approx(RATE_HZ, rel=1e-4)
+    assert take.rate == pytest.approx(GLOVE_RATE_HZ, rel=1e-4)
     index = [k for k, name in enumerate(motion.names) if name.startswith("index_")]
     error = np.degrees(np.abs(motion.angles - truth.angles)[:, index])
     assert error.mean() < 6.0

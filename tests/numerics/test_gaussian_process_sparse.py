@@ -124,7 +124,7 @@ def test_pseudo_inputs_that_coincide_are_survived(rng):
     value, gradient = evidence(vector)
     assert np.isfinite(value)
     assert np.isfinite(gradient).all()
-    assert evidence.jitter > sparse.JITTERS[0]
+    assert evidence.jitter > sparse.JITTER_VARIANCES[0]
 
 
 def test_pseudo_inputs_start_where_no_sample_is_far_from_all(rng):

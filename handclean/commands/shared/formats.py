@@ -26,8 +26,8 @@ H5 = ".h5"
 RECORDINGS = (H5, *(suffix for suffix in TAKES_WRITTEN if suffix != H5))
 """Suffixes a take can be written with, the usual one first."""
 
-_MOST = 2**22
-"""[bytes] no text whose kind is asked for is longer."""
+_MOST_TEXT_BYTES = 2**22
+"""[bytes] no text whose kind is asked for is longer (chosen)."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def _kind_of_h5(path: Path) -> str:
 
 def _text(path: Path) -> str:
     with path.open("rb") as file:
-        return file.read(_MOST).decode("utf-8-sig")
+        return file.read(_MOST_TEXT_BYTES).decode("utf-8-sig")
 
 
 def _kind_of_toml(path: Path) -> str:

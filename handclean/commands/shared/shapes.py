@@ -22,8 +22,8 @@ from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome
 
-_SKEW = 5.0
-"""[degrees] out of a finger's plane from which it is said."""
+_MOST_SKEW_DEG = 5.0
+"""[degrees] out of a finger's plane from which it is said (chosen)."""
 
 
 def is_mesh(source: Source) -> bool:
@@ -88,7 +88,7 @@ def skinned(source: Source, joint_map: str) -> Outcome:
     found = read_hand(source.path, joint_map)
     remarks: list[Remark] = []
     skew = float(np.degrees(found.missed))
-    if skew > _SKEW:
+    if skew > _MOST_SKEW_DEG:
         remarks.append(
             remark(
                 "subject",

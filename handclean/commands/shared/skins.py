@@ -13,11 +13,12 @@ from handclean.remarks import Remark, remark
 from handclean.runner.batch import Source
 from handclean.tree import JointTree
 
-OTHER = 0.03
-"""Share by which a bone's length may differ before it is said to be another hand's."""
+OTHER_LENGTH_SHARE = 0.03
+"""Share by which a bone's length may differ before it is said to be another hand's
+(chosen)."""
 
-_SHORTEST = 0.01
-"""[m] joints nearer to each other tell nothing of a hand's size."""
+_LEAST_BONE_M = 0.01
+"""[m] joints nearer to each other tell nothing of a hand's size (chosen)."""
 
 
 def worn(
@@ -56,12 +57,12 @@ def _expect_one(found: Mapping[str, Subject], recording: Recording) -> None:
 def _unlike(name: str, subject: Subject, tree: JointTree) -> str:
     """Say that a skin is of a hand with other bones than those that moved."""
     own, moved = _lengths(subject.model.tree), _lengths(tree)
-    shared = [b for b in moved if b in own and moved[b] >= _SHORTEST]
+    shared = [b for b in moved if b in own and moved[b] >= _LEAST_BONE_M]
     if not shared:
         return ""
     worst = max(shared, key=lambda bone: abs(own[bone] / moved[bone] - 1.0))
     share = own[worst] / moved[worst] - 1.0
-    if abs(share) <= OTHER:
+    if abs(share) <= OTHER_LENGTH_SHARE:
         return ""
     return (
         f"--subject '{subject.name}' is hardly the {name} hand of this take: from "

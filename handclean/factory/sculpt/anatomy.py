@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from handclean.arrays import Floats
 from handclean.factory.sculpt.sizes import (
     FINGER,
-    GIRTH,
+    GIRTH_SHARE,
     HEEL,
     HYPOTHENAR,
     METACARPALS,
@@ -22,20 +22,23 @@ from handclean.factory.sculpt.sizes import (
     STUB_MM,
     THENAR,
     THUMB,
-    TIP_CAP,
+    TIP_CAP_SHARE,
     WRIST,
 )
 from handclean.factory.sculpt.tubes import Tube, blend
 from handclean.hand.surface import rest_joints
 from handclean.hand.template import FINGERS, bone_frame, distal_length, template
 
-SPREAD = {"thumb": 0.0, "index": 9.0, "middle": 1.0, "ring": -7.0, "little": -16.0}
-"""[degrees] abduction of each finger while its skin is made, towards the thumb."""
+SPREAD_DEG = {"thumb": 0.0, "index": 9.0, "middle": 1.0, "ring": -7.0, "little": -16.0}
+"""[degrees] abduction of each finger while its skin is made, towards the thumb
+(chosen)."""
 
-WEB = 0.42
-"""How far the webs reach beyond the knuckle, share of the first phalanx."""
+WEB_REACH_SHARE = 0.42
+"""[-] share of the first phalanx that the webs reach beyond the knuckle (see
+`sizes`)."""
 
 _MM = 1e-3
+"""Metres of a millimetre."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +113,7 @@ class Anatomy:
 
 def turn_of(finger: str) -> Floats:
     """(3, 3) rotation of a finger from the zero posture to the spread one."""
-    angle = np.radians(-SPREAD[finger])
+    angle = np.radians(-SPREAD_DEG[finger])
     out: Floats = Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
     return out
 
@@ -144,7 +147,7 @@ def _finger(name: str) -> Finger:
     segment = rows[1:, 0].astype(np.int64)
     along = joints[segment] + rows[1:, 1] * np.array(sizes)[segment]
     knots = np.concatenate([[-rows[0, 1] * _MM], along])
-    half, back, palm = GIRTH[name] * _MM * rows[:, 2:].T
+    half, back, palm = GIRTH_SHARE[name] * _MM * rows[:, 2:].T
     tube = Tube(
         origin=rest_joints(tree)[bones[0]],
         frame=turn_of(name) @ bone_frame(name),
@@ -152,7 +155,7 @@ def _finger(name: str) -> Finger:
         half=half,
         back=back,
         palm=palm,
-        caps=(8.0 * _MM, TIP_CAP[name] * sizes[2]),
+        caps=(8.0 * _MM, TIP_CAP_SHARE[name] * sizes[2]),
     )
     return Finger(name=name, tube=tube, joints=joints)
 
@@ -246,7 +249,7 @@ def _web(first: Finger, second: Finger) -> list[tuple[Tube, float]]:
     """
     out = []
     for share, sizes, low in (
-        (WEB - 0.05, (6.5, 3.0, 7.5), -3.5),
+        (WEB_REACH_SHARE - 0.05, (6.5, 3.0, 7.5), -3.5),
         (0.10, (9.0, 6.0, 12.0), -1.0),
     ):
         start, stop = (

@@ -8,7 +8,7 @@ wrist.
 import numpy as np
 
 from handclean.arrays import Bools, Floats
-from handclean.factory.sculpt.anatomy import WEB, Anatomy
+from handclean.factory.sculpt.anatomy import WEB_REACH_SHARE, Anatomy
 
 _TIPS = ("thumb", "index", "middle", "ring", "little")
 
@@ -22,8 +22,8 @@ _ON_FINGERS = {
     "index_knuckle": ("index", 0, 0.0, 1.0),
     "middle_knuckle": ("middle", 0, 0.0, 1.0),
     "little_knuckle": ("little", 0, 0.0, 1.0),
-    "index_root_crease": ("index", 0, WEB, -1.0),
-    "little_root_crease": ("little", 0, WEB, -1.0),
+    "index_root_crease": ("index", 0, WEB_REACH_SHARE, -1.0),
+    "little_root_crease": ("little", 0, WEB_REACH_SHARE, -1.0),
 }
 
 _WEBS = {
@@ -34,7 +34,8 @@ _WEBS = {
 
 _WRIST = {"wrist_thumb_side": 1.0, "wrist_little_side": -1.0}
 
-_STEP_M = 2e-4  # [m] of a march to the skin
+_STEP_M = 2e-4
+"""[m] step of the march to the skin (chosen)."""
 
 
 def landmark_vertices(anatomy: Anatomy, vertices: Floats) -> dict[str, int]:

@@ -43,8 +43,18 @@ THUMB: tuple[_Row, ...] = (
     (2, 1.00, 8.0, 4.6, 7.2),
 )
 
-GIRTH = {"thumb": 1.0, "index": 1.0, "middle": 1.01, "ring": 0.92, "little": 0.80}
-TIP_CAP = {"thumb": 0.52, "index": 0.55, "middle": 0.52, "ring": 0.52, "little": 0.55}
+GIRTH_SHARE = {"thumb": 1.0, "index": 1.0, "middle": 1.01, "ring": 0.92, "little": 0.80}
+"""[-] girth of each finger against the index finger's, of the thumb against its own
+(Garrett; what it does not say is chosen)."""
+
+TIP_CAP_SHARE = {
+    "thumb": 0.52,
+    "index": 0.55,
+    "middle": 0.52,
+    "ring": 0.52,
+    "little": 0.55,
+}
+"""[-] length of a tip's round end against its segment (chosen)."""
 
 # Metacarpals: start (3), then half width, height, depth at the start and the knuckle.
 METACARPALS = {
@@ -60,7 +70,9 @@ HYPOTHENAR = ((-21.0, 2.0, -10.0), (-34.0, 64.0, -10.0), 13.5, 11.0, 14.5)
 PADS = ((30.0, 82.0, -6.5), (-39.0, 70.0, -8.5), 18.0, 6.0, 11.5)
 HEEL = ((-14.0, 12.0, -12.0), (14.0, 12.0, -12.0), 13.0, 10.0, 11.0)
 
-STUB_MM = 25.0  # [mm] of wrist below the crease
+STUB_MM = 25.0
+"""[mm] of wrist below the crease (chosen)."""
+
 WRIST = (  # y, half width, height, depth [mm]
     (-29.0, 27.5, 18.5, 19.5),
     (-10.0, 28.0, 17.5, 19.5),

@@ -20,7 +20,8 @@ from scipy.interpolate import PchipInterpolator
 
 from handclean.arrays import Floats
 
-_LEAST_M = 1e-9  # [m] keeps a place on the axis from dividing by zero
+_LEAST_M = 1e-9
+"""[m] keeps a place on the axis from dividing by zero (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

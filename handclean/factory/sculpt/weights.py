@@ -14,14 +14,18 @@ from handclean.factory.sculpt.anatomy import Anatomy, Finger, turn_of
 from handclean.hand.surface import BONES_PER_VERTEX, edges_of
 
 WHOLE_SHARE = 10_000
-"""What the shares of a vertex sum to."""
+"""What the whole-numbered shares of a vertex sum to (chosen)."""
 
 _MM = 1e-3
+"""Metres of a millimetre."""
+
 _REACH_MM = {"thumb": (11.0, 11.0, 9.0), "index": (9.0, 8.5, 7.0)}
-"""[mm] how far from a joint the skin follows both bones, on thumb and index finger."""
+"""[mm] how far from a joint the skin follows both bones, on thumb and index finger
+(chosen)."""
 
 _CREASE_SHARE = 0.4
-"""How much further out the palm's side of a finger begins, share of the depth."""
+"""How much further out the palm's side of a finger begins, share of the depth
+(chosen)."""
 
 # Differences of distances over which one finger's skin becomes another's, and the
 # thumb's the palm's: the latter at the thumb's base, and at its web.

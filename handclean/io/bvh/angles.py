@@ -20,7 +20,7 @@ from handclean.io.bvh.own import OwnMotion, heads_of, own_hands, own_objects
 from handclean.io.shared.joint_map import JointMap, shipped
 from handclean.io.shared.reading import Reading
 from handclean.io.shared.rotations import quaternion_from_matrix
-from handclean.io.shared.settle import AGREE, METRES, settle_rate, settle_unit
+from handclean.io.shared.settle import AGREEMENT_SHARE, METRES, settle_rate, settle_unit
 from handclean.recording import Event, Motion, Recording
 from handclean.remarks import Remark, remark
 
@@ -189,7 +189,7 @@ def _in_unit(
     if unit is None:
         return joint_map, []
     given = METRES[settle_unit(path, None, unit, []).lower()]
-    if abs(given - joint_map.unit_m) <= AGREE * joint_map.unit_m:
+    if abs(given - joint_map.unit_m) <= AGREEMENT_SHARE * joint_map.unit_m:
         return joint_map, []
     said = f"{joint_map.unit_m:g} m of joint map {joint_map.name}"
     text = f"--unit {unit} is taken, though the unit is the {said}"

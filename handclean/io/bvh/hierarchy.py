@@ -9,6 +9,8 @@ from handclean.io.shared.reading import check_unique, text
 PLACES = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
 TURNS = {"Xrotation": "x", "Yrotation": "y", "Zrotation": "z"}
 _MOST_JOINTS = 10_000
+"""Joints of a hierarchy, at most (chosen: far more than a body has)."""
+
 MOST_NUMBER = 1e12
 """No length and no angle is larger, whatever its unit (chosen): numbers computed from
 them stay numbers."""

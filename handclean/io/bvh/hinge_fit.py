@@ -30,15 +30,19 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.io.shared.rotations import about_line, rotation_angle
 
-_STILL = np.radians(2.0)
-"""[rad] RMS motion below which an axis cannot be found: the tree's is taken."""
+_STILL_RMS_RAD = np.radians(2.0)
+"""[rad] RMS motion below which an axis cannot be found: the tree's is taken
+(chosen)."""
 
-_SAMPLE = 400
-"""Frames from which a rest rotation is found."""
+_FITTED_FRAMES = 400
+"""Frames from which a rest rotation is found, at most twice as many (chosen)."""
 
-_SWEEPS = 50
-_SIDEWAYS = 0.01
-"""Weight of abduction against residual rotation; tells a bone from its half turn."""
+_MOST_SWEEPS = 50
+"""Rounds in which two angles, or a rest rotation, are set in turn, at most (chosen)."""
+
+_ABDUCTION_WEIGHT = 0.01
+"""[-] weight of abduction against residual rotation; tells a bone from its half turn
+(chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +87,7 @@ def fit_hinges(turned: Floats, axes: Floats, along: Floats, own: Floats) -> Hing
     """
     found = axes
     if len(axes) == 1:
-        found = principal(turned, axes[0], _STILL, _mean(turned))[None]
+        found = principal(turned, axes[0], _STILL_RMS_RAD, _mean(turned))[None]
         angles, rest = _one_hinge(turned, found[0], along, own)
     else:
         rest = _rest_of_two(turned, axes, along, own)
@@ -162,7 +166,7 @@ def two_hinges(turn: Floats, axes: Floats, first: Floats | None = None) -> Float
     ``first`` (T,) is where to start the first angle; each is then set in turn.
     """
     first = np.zeros(len(turn)) if first is None else first
-    for _ in range(_SWEEPS):
+    for _ in range(_MOST_SWEEPS):
         last = first
         second = twist(about_line(axes[0], -first) @ turn, axes[1])
         first = twist(turn @ about_line(axes[1], -second), axes[0])
@@ -173,13 +177,13 @@ def two_hinges(turn: Floats, axes: Floats, first: Floats | None = None) -> Float
 
 def _rest_of_two(turned: Floats, axes: Floats, along: Floats, own: Floats) -> Floats:
     """(3, 3) rest rotation that puts the bone in place and leaves least, by turns."""
-    sample = turned[:: max(1, len(turned) // _SAMPLE)]
+    sample = turned[:: max(1, len(turned) // _FITTED_FRAMES)]
     start = _onto(along, own, reflect=bool(np.linalg.det(sample[0]) < 0))
     best, rest = np.inf, start
     for quarter in range(4):
         trial = about_line(along, np.array([quarter * np.pi / 2]))[0] @ start
         angles = np.zeros((len(sample), 2))
-        for _ in range(_SWEEPS):
+        for _ in range(_MOST_SWEEPS):
             angles = two_hinges(sample @ trial.T, axes, angles[:, 0])
             left = left_over(sample, angles, axes, trial)
             turn = twist(_mean(left)[None], along)
@@ -187,7 +191,7 @@ def _rest_of_two(turned: Floats, axes: Floats, along: Floats, own: Floats) -> Fl
             if abs(turn[0]) < 1e-9:
                 break
         price = np.mean(rotation_angle(left) ** 2)
-        price += _SIDEWAYS * np.mean(angles[:, 0] ** 2)
+        price += _ABDUCTION_WEIGHT * np.mean(angles[:, 0] ** 2)
         if price < best:
             best, rest = float(price), trial
     return rest

@@ -29,14 +29,15 @@ from handclean.io.shared.joint_map import JointMap, check_bones
 from handclean.numerics.rotations import rotated
 from handclean.tree import JointTree
 
-MAX_SPEED = np.radians(1800.0)
-"""[rad/s] faster steps of an angle are tracking errors, not fingers."""
+MAX_HINGE_SPEED_RAD_S = np.radians(1800.0)
+"""[rad/s] faster steps of an angle are tracking errors, not fingers (chosen)."""
 
-_SIZES = (0.4, 1.8)
-"""Sizes of hands against the template's; others are mistakes in a map's unit."""
+_HAND_SIZE_RATIOS = (0.4, 1.8)
+"""[-] sizes of hands against the template's; others are mistakes in a map's unit
+(chosen)."""
 
 _MAX_JUMP_S = 0.6
-"""[s] two opposite steps within this time are one excursion."""
+"""[s] two opposite steps within this time are one excursion (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +149,7 @@ def stand_in(mapped: MappedMotion) -> JointTree | None:
     Its hinge axes are the template's, as those that the angles are about. None if the
     map leaves some of its hinges out, or the size is no hand's.
     """
-    low, high = _SIZES
+    low, high = _HAND_SIZE_RATIOS
     tree = template(mapped.side)
     if set(tree.hinges) - set(mapped.hinges) or not low < mapped.size < high:
         return None
@@ -262,7 +263,7 @@ def _jumps(angles: Floats, rate: float) -> Bools:
     jumps = np.zeros(len(angles), dtype=bool)
     for steps in np.diff(angles, axis=0).T:
         before = (0, 0.0)
-        for start, stop in runs(np.abs(steps) > MAX_SPEED / rate):
+        for start, stop in runs(np.abs(steps) > MAX_HINGE_SPEED_RAD_S / rate):
             height = float(steps[start:stop].sum())
             jumps[start : stop + 1] = True
             back = height * before[1] < 0

@@ -46,7 +46,8 @@ WORLD = "world"
 """Joint on which several motions hang."""
 
 _EXACT_DIGITS = 10
-"""A frame time of more digits is taken for exact, not for a whole rate rounded."""
+"""A frame time of more digits is taken for exact, not for a whole rate rounded
+(chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -37,22 +37,26 @@ from handclean.io.shared.rotations import (
 from handclean.recording import Motion
 from handclean.tree import JointTree, rigid_tree
 
-_EXACT = 1e-7
-"""[rad] axes that leave no more than this are those of the file's hinges."""
+_EXACT_RAD = 1e-7
+"""[rad] axes that leave no more than this are those of the file's hinges (chosen: above
+rounding)."""
 
-_MOST_TILT = np.radians(40.0)
-"""[rad] axes further than this from the template's are no hand's."""
+_MOST_TILT_RAD = np.radians(40.0)
+"""[rad] axes further than this from the template's are no hand's (chosen)."""
 
-_MOVES = 1e-6
-"""[rad] RMS motion from which an axis is found; texts have nine digits of a degree."""
+_MOVING_RMS_RAD = 1e-6
+"""[rad] RMS motion from which an axis is found; texts have nine digits of a degree
+(chosen)."""
 
-_SAYS = 1e-8
-"""Singular values below this share of the largest say nothing."""
+_LEAST_SINGULAR_SHARE = 1e-8
+"""[-] singular values below this share of the largest say nothing (chosen)."""
 
-_OPEN = 2e-5
-"""Singular values below this, with texts of nine digits, leave a tilt open."""
+_OPEN_TILT_SINGULAR_VALUE = 2e-5
+"""[-] singular values below this, with texts of nine digits, leave a tilt open
+(chosen)."""
 
-_STEPS = 30
+_GAUSS_NEWTON_STEPS = 30
+"""Steps that are taken; they converge in a few (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,14 +181,14 @@ def _reach(offsets: Floats, tree: JointTree) -> float:
 def _hinged(turn: Floats, axes: Floats) -> tuple[Floats, Floats]:
     """(1 or 2, 3) axes and (T, 1 or 2) [rad] angles of (T, 3, 3) rotations."""
     if len(axes) == 1:
-        found = principal(turn, axes[0], _MOVES, np.eye(3))[None]
+        found = principal(turn, axes[0], _MOVING_RMS_RAD, np.eye(3))[None]
         angles = twist(turn, found[0])[:, None]
     else:
         found = _two_axes(turn, axes)
         angles = _two_angles(turn, found)
     lean = np.sum(found * axes, axis=1).min()
     left = rotation_angle(left_over(turn, angles, found, np.eye(3)))
-    if lean > np.cos(_MOST_TILT) and left.max() < _EXACT:
+    if lean > np.cos(_MOST_TILT_RAD) and left.max() < _EXACT_RAD:
         return found, angles
     if len(axes) == 1:
         return axes, twist(turn, axes[0])[:, None]
@@ -193,10 +197,10 @@ def _hinged(turn: Floats, axes: Floats) -> tuple[Floats, Floats]:
 
 def _two_axes(turn: Floats, axes: Floats) -> Floats:
     """(2, 3) axes near the given ones between which no rotation changes the angle."""
-    for _ in range(_STEPS):
+    for _ in range(_GAUSS_NEWTON_STEPS):
         slopes = _slopes(turn, axes)
         wrong = turn @ axes[1] @ axes[0] - axes[1] @ axes[0]
-        step: Floats = np.linalg.lstsq(slopes, -wrong, rcond=_SAYS)[0]
+        step: Floats = np.linalg.lstsq(slopes, -wrong, rcond=_LEAST_SINGULAR_SHARE)[0]
         axes = _tilted(axes, step)
         if np.abs(step).max() < 1e-13:
             break
@@ -223,7 +227,7 @@ def _is_open(turn: Floats, axes: Floats, angles: Floats) -> bool:
     """Whether angles depend on a tilt of the axes that the motion does not show."""
     slopes = np.vstack([_slopes(turn, axes), np.zeros((4, 4))])  # four rows at least
     _, says, tilts = np.linalg.svd(slopes, full_matrices=False)
-    for tilt in tilts[says < _OPEN]:
+    for tilt in tilts[says < _OPEN_TILT_SINGULAR_VALUE]:
         other = _two_angles(turn, _tilted(axes, 1e-4 * tilt))
         if np.abs(other - angles).max() > 1e-3 * 1e-4:
             return True

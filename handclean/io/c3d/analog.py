@@ -24,6 +24,7 @@ from handclean.io.c3d.structure import Structure
 from handclean.recording import Analog
 
 BLOCK_SAMPLES = 1 << 16
+"""Analog values read at once (chosen: they stay in the cache)."""
 
 
 @dataclass(frozen=True, kw_only=True)

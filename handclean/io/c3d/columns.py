@@ -19,7 +19,9 @@ from handclean.arrays import Floats, Ints
 from handclean.errors import FileError
 from handclean.recording import Motion, Points, Recording
 
-MOST = 65535
+MOST_COLUMNS = 65535
+"""Points of a C3D: what its header's 16 bits can count."""
+
 Indices = NDArray[np.intp]
 
 
@@ -188,12 +190,12 @@ def plan_columns(
         columns = named + new + [c for c, is_settled in parts if not is_settled]
     point_column, shared = _place_points(recording.unlabelled, columns, loose)
     taken = {c.label for c in columns}
-    names = (f"*{n}" for n in range(MOST + len(taken) + 1))
+    names = (f"*{n}" for n in range(MOST_COLUMNS + len(taken) + 1))
     free = (name for name in names if name not in taken)
     columns += [Column(label=next(free)) for _ in range(shared)]
     if not columns:
         raise FileError(where, "nothing to write: the take has no points")
-    if len(columns) > MOST:
+    if len(columns) > MOST_COLUMNS:
         raise FileError(where, f"{len(columns)} columns are more than C3D can count")
     raw = [i for i, c in enumerate(columns) if c.label in outputs and c.output < 0]
     return Columns(

@@ -26,7 +26,7 @@ from handclean.recording import Origin, Points, Trajectories
 from handclean.remarks import Remark, remark
 
 BLOCK_SAMPLES = 1 << 15
-"""Samples decoded at once: they stay in the cache."""
+"""Samples decoded at once: they stay in the cache (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,7 +20,9 @@ from handclean.recording import Origin, Recording
 from handclean.remarks import Remark, remark
 
 BLOCK_SAMPLES = 1 << 15
-TOP = 32000
+"""Samples written at once (chosen: they stay in the cache)."""
+
+TOP_STEPS = 32000
 """The largest coordinate in steps of SCALE, by the format's rule."""
 
 

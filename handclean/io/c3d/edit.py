@@ -13,10 +13,10 @@ from handclean.arrays import Floats
 from handclean.errors import FileError
 from handclean.io.c3d.numbers import Processor, words_from_floats, words_from_shorts
 from handclean.io.c3d.parameters import (
-    BLOCK,
+    BLOCK_BYTES,
     CHARACTERS,
     FLOATS,
-    MOST_BLOCKS,
+    MOST_PARAMETER_BLOCKS,
     SHORTS,
     Entry,
     Section,
@@ -184,14 +184,14 @@ def edited_bytes(section: Section, room: int) -> bytes:
         far = struct.pack(order + "H", len(raw) - at)
         raws.append(raw[:at] + far + raw[at + 2 :])
     body = b"".join(raws) + b"\0\0"
-    blocks = -(-(4 + len(body)) // BLOCK)
-    if blocks > MOST_BLOCKS:
+    blocks = -(-(4 + len(body)) // BLOCK_BYTES)
+    if blocks > MOST_PARAMETER_BLOCKS:
         raise FileError(
             "C3D",
-            f"labels and parameters take {blocks} blocks of {BLOCK} bytes",
-            f"the format has room for {MOST_BLOCKS}",
+            f"labels and parameters take {blocks} blocks of {BLOCK_BYTES} bytes",
+            f"the format has room for {MOST_PARAMETER_BLOCKS}",
         )
-    size = max(room, blocks * BLOCK)
-    length = bytes([min(size // BLOCK, MOST_BLOCKS)])
+    size = max(room, blocks * BLOCK_BYTES)
+    length = bytes([min(size // BLOCK_BYTES, MOST_PARAMETER_BLOCKS)])
     lead = section.lead[:2] + length + section.lead[3:4]
     return (lead + body).ljust(size, b"\0")

@@ -13,9 +13,16 @@ from handclean.io.c3d.numbers import floats_at, shorts_at
 from handclean.io.c3d.parameters import Section, text
 from handclean.recording import SourceEvent
 
-KEY = 12345
-MOST_IN_HEADER = 18
+LABELLED_EVENTS_KEY = 12345
+"""What word 150 of a header holds if its events have labels of four letters (C3D
+format)."""
+
+MOST_HEADER_EVENTS = 18
+"""Events that a header has room for (C3D format)."""
+
 _KEY_AT, _COUNT_AT, _TIMES_AT, _LABELS_AT = 298, 300, 304, 396
+"""[bytes] where a header has its key, count, times and labels of events (C3D
+format)."""
 
 
 def read_events(
@@ -63,7 +70,7 @@ def _before(first_frame: int, rate: float) -> float:
 def _header_events(head: Head) -> list[SourceEvent]:
     raw = head.raw[head.at : head.at + 512]
     key, number = shorts_at(raw[_KEY_AT : _COUNT_AT + 2], head.processor).tolist()
-    if key != KEY or not 0 < number <= MOST_IN_HEADER:
+    if key != LABELLED_EVENTS_KEY or not 0 < number <= MOST_HEADER_EVENTS:
         return []
     times = floats_at(raw[_TIMES_AT : _TIMES_AT + 4 * number], head.processor)
     return [

@@ -26,14 +26,14 @@ from handclean.io.c3d.columns import Columns
 from handclean.io.c3d.draft import BLOCK_SAMPLES, Source
 from handclean.io.c3d.edit import with_shorts, with_text, without_group
 from handclean.io.c3d.numbers import Words
-from handclean.io.c3d.parameters import BLOCK, MOST_BLOCKS, Section
+from handclean.io.c3d.parameters import BLOCK_BYTES, MOST_PARAMETER_BLOCKS, Section
 from handclean.io.c3d.samples import SHORT_MAX, Coding
 from handclean.recording import Origin, Recording
 
 GROUP = "HANDCLEAN"
 _ABOUT = "samples that were filled, of a file without residuals: point, frame, frames"
-_ROOM = 1024
-"""Bytes of a parameter section that are left for what else is added to it."""
+_SPARED_BYTES = 1024
+"""Bytes of a parameter section that are left for what else is added to it (chosen)."""
 
 Runs = NDArray[np.int64]
 """(R, 3) point and first frame from 0, frames."""
@@ -96,7 +96,11 @@ def with_marks(section: Section, marks: Marks) -> Section | None:
     if not len(marks.runs):
         return section
     rows = [row for run in marks.runs.tolist() for row in _rows(*run)]
-    room = MOST_BLOCKS * BLOCK - _ROOM - sum(len(e.raw) for e in section.entries)
+    room = (
+        MOST_PARAMETER_BLOCKS * BLOCK_BYTES
+        - _SPARED_BYTES
+        - sum(len(e.raw) for e in section.entries)
+    )
     taken = {entry.group for entry in section.entries}
     if 8 * len(rows) + 32 * (len(rows) // 255 + 1) > room or len(taken) >= 127:
         return None

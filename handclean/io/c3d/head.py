@@ -8,18 +8,20 @@ import numpy as np
 from handclean.arrays import Bytes
 from handclean.errors import FileError
 from handclean.io.c3d.edit import edited_bytes, with_floats, with_shorts
-from handclean.io.c3d.layout import FULL, Header, parse_header
+from handclean.io.c3d.layout import FULL_COUNT, Header, parse_header
 from handclean.io.c3d.numbers import Processor, words_from_floats
 from handclean.io.c3d.parameters import (
-    BLOCK,
+    BLOCK_BYTES,
     FLOATS,
-    MOST_BLOCKS,
+    MOST_PARAMETER_BLOCKS,
     Section,
     parse_section,
 )
 from handclean.io.c3d.samples import Coding
 
 MAGIC = 0x50
+"""Second byte of a C3D and of its parameter section (C3D format)."""
+
 OUTPUT_KINDS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
 """Parameters of the POINT group that list points which are no places."""
 
@@ -104,20 +106,23 @@ def parse_head(raw: Bytes, where: Path | str, limit: int | None = None) -> Head:
     at = _first_byte(raw)
     if at is None or len(raw) < at + 2 or raw[at + 1] != MAGIC:
         raise FileError(where, "is not a C3D file", "its second byte should be 0x50")
-    parameters_at = at + (int(raw[at]) - 1) * BLOCK
-    if len(raw) < max(at + BLOCK, parameters_at + 4):
+    parameters_at = at + (int(raw[at]) - 1) * BLOCK_BYTES
+    if len(raw) < max(at + BLOCK_BYTES, parameters_at + 4):
         raise FileError(where, "is truncated inside its header or parameters")
     code = int(raw[parameters_at + 3])
     if code not in tuple(Processor):
         right = "84 (Intel), 85 (DEC) and 86 (MIPS) are known"
         raise FileError(where, f"has processor code {code}", right)
     processor = Processor(code)
-    header = parse_header(raw[at : at + BLOCK].tobytes(), processor)
+    header = parse_header(raw[at : at + BLOCK_BYTES].tobytes(), processor)
     blocks = int(raw[parameters_at + 2])
-    data_at = at + (header.data_block - 1) * BLOCK
+    data_at = at + (header.data_block - 1) * BLOCK_BYTES
     if limit is None:
-        limit = max(parameters_at + blocks * BLOCK, data_at)
-    limit = min(max(limit, parameters_at + 4), parameters_at + MOST_BLOCKS * BLOCK)
+        limit = max(parameters_at + blocks * BLOCK_BYTES, data_at)
+    limit = min(
+        max(limit, parameters_at + 4),
+        parameters_at + MOST_PARAMETER_BLOCKS * BLOCK_BYTES,
+    )
     return Head(
         raw=b"",
         at=at,
@@ -143,16 +148,16 @@ def with_frames(head: Head, frames: int, first: int) -> Head:
     if entry is not None and entry.kind == FLOATS:
         section = with_floats(section, "POINT", "FRAMES", float(frames))
     else:
-        section = with_shorts(section, "POINT", "FRAMES", min(frames, FULL))
-    if frames >= FULL or section.find("POINT", "LONG_FRAMES") is not None:
+        section = with_shorts(section, "POINT", "FRAMES", min(frames, FULL_COUNT))
+    if frames >= FULL_COUNT or section.find("POINT", "LONG_FRAMES") is not None:
         section = with_floats(section, "POINT", "LONG_FRAMES", float(frames))
     end = max(first + frames - 1, 0)
-    is_long = max(frames, end) >= FULL
+    is_long = max(frames, end) >= FULL_COUNT
     if is_long or section.find("TRIAL", "ACTUAL_END_FIELD") is not None:
         for name, number in (("START", first), ("END", end)):
             fields = [number % 65536, number // 65536]
             section = with_shorts(section, "TRIAL", f"ACTUAL_{name}_FIELD", fields)
-    shown = (first, end) if end <= FULL else (1, FULL)
+    shown = (first, end) if end <= FULL_COUNT else (1, FULL_COUNT)
     head = with_header_shorts(
         replace(head, section=section), {3: shown[0], 4: shown[1]}
     )
@@ -165,7 +170,7 @@ def with_header_shorts(head: Head, values: dict[int, int]) -> Head:
     for word, value in values.items():
         at = head.at + 2 * word
         raw[at : at + 2] = np.array(value, head.processor.word(2)).tobytes()
-    header = parse_header(bytes(raw[head.at : head.at + BLOCK]), head.processor)
+    header = parse_header(bytes(raw[head.at : head.at + BLOCK_BYTES]), head.processor)
     return replace(head, raw=bytes(raw), header=header)
 
 
@@ -176,7 +181,7 @@ def with_header_floats(head: Head, values: dict[int, float]) -> Head:
         number = np.array([value], np.float32)
         at += head.at
         raw[at : at + 4] = words_from_floats(number, head.processor).tobytes()
-    header = parse_header(bytes(raw[head.at : head.at + BLOCK]), head.processor)
+    header = parse_header(bytes(raw[head.at : head.at + BLOCK_BYTES]), head.processor)
     return replace(head, raw=bytes(raw), header=header)
 
 
@@ -188,7 +193,7 @@ def with_section(head: Head, section: Section) -> Head:
     room = len(head.raw) - head.parameters_at
     section = with_shorts(section, "POINT", "DATA_START", 0)
     size = len(edited_bytes(section, room))
-    block = (head.parameters_at - head.at + size) // BLOCK + 1
+    block = (head.parameters_at - head.at + size) // BLOCK_BYTES + 1
     section = with_shorts(section, "POINT", "DATA_START", block)
     head = with_header_shorts(head, {8: block})
     raw = head.raw[: head.parameters_at] + edited_bytes(section, room)

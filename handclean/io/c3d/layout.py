@@ -26,11 +26,12 @@ import numpy as np
 
 from handclean.arrays import Bytes
 from handclean.io.c3d.numbers import Processor, floats_at, shorts_at
-from handclean.io.c3d.parameters import BLOCK, FLOATS, Section
+from handclean.io.c3d.parameters import BLOCK_BYTES, FLOATS, Section
 from handclean.remarks import Remark, remark
 
 T = TypeVar("T")
-FULL = 65535  # the largest count of 16 bits: "look further"
+FULL_COUNT = 65535
+"""The largest count of 16 bits, which means "look further" (C3D format)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,7 +167,7 @@ def find_layout(raw: Bytes, at: int, header: Header, section: Section) -> Layout
     claims = _frame_claims(header, section)
     shape, claim = _settle(raw, at, shapes, claims)
     frames = claim.frames
-    data_at = at + (shape.data_block - 1) * BLOCK
+    data_at = at + (shape.data_block - 1) * BLOCK_BYTES
     room = max(len(raw) - data_at, 0) // max(shape.frame_bytes, 1)
     return Layout(
         data_at=data_at,
@@ -185,13 +186,13 @@ def _settle(
 ) -> tuple[_Shape, _Claim]:
     """Return the form of a frame and the claim to believe."""
     for shape in shapes:
-        room = len(raw) - at - (shape.data_block - 1) * BLOCK
+        room = len(raw) - at - (shape.data_block - 1) * BLOCK_BYTES
         for claim in claims:
             if claim.at_least:
                 found = _frames_to_the_end(raw, room, shape.frame_bytes)
                 if found >= claim.frames:
                     return shape, _Claim(found, claim.who)
-            elif 0 <= room - claim.frames * shape.frame_bytes < BLOCK:
+            elif 0 <= room - claim.frames * shape.frame_bytes < BLOCK_BYTES:
                 return shape, claim
     return shapes[0], claims[0] if claims else _Claim(0, "nobody")
 
@@ -200,12 +201,12 @@ def _frames_to_the_end(raw: Bytes, room: int, frame_bytes: int) -> int:
     """Frames in the last ``room`` bytes, without zeros that pad the last block."""
     if room <= 0 or frame_bytes == 0:
         return 0
-    padding = min(BLOCK - 1, room)
+    padding = min(BLOCK_BYTES - 1, room)
     used = np.flatnonzero(raw[len(raw) - padding :])
     silent = padding - (int(used[-1]) + 1 if used.size else 0)
     whole = room // frame_bytes
     filled = min(-(-(room - silent) // frame_bytes), whole)
-    return max(filled, min(whole, FULL))
+    return max(filled, min(whole, FULL_COUNT))
 
 
 def _shapes(header: Header, section: Section, at: int, size: int) -> list[_Shape]:
@@ -213,7 +214,7 @@ def _shapes(header: Header, section: Section, at: int, size: int) -> list[_Shape
     beyond = header.parameter_block
     said = [count(section, "POINT", "DATA_START"), header.data_block]
     starts = [s for s in said if s and s > beyond] or [beyond + (section.lead[2] or 1)]
-    blocks = [s for s in starts if at + (s - 1) * BLOCK < size] or starts[:1]
+    blocks = [s for s in starts if at + (s - 1) * BLOCK_BYTES < size] or starts[:1]
     used = count(section, "POINT", "USED")
     points = [p for p in (used, header.points) if p] + [0] * (used == 0)
     scale = section.numbers("POINT", "SCALE")
@@ -241,7 +242,7 @@ def analog_ratio(header: Header, section: Section) -> int:
     rates = [section.numbers(g, "RATE")[:1] for g in ("ANALOG", "POINT")]
     if all(r.size and np.isfinite(r[0]) and r[0] > 0 for r in rates):
         ratio = rates[0][0] / rates[1][0]
-        if 0.9 <= ratio < FULL:
+        if 0.9 <= ratio < FULL_COUNT:
             return round(float(ratio))
     return header.analog_per_frame
 
@@ -254,18 +255,18 @@ def _frame_claims(header: Header, section: Section) -> list[_Claim]:
     """Frame counts and who claims them, the most believable first."""
     frames = count(section, "POINT", "FRAMES")
     entry = section.find("POINT", "FRAMES")
-    is_full = frames == FULL and entry is not None and entry.kind != FLOATS
+    is_full = frames == FULL_COUNT and entry is not None and entry.kind != FLOATS
     span = header.last - header.first + 1
     said = [
         ("POINT:FRAMES", None if is_full else frames),
         ("POINT:LONG_FRAMES", count(section, "POINT", "LONG_FRAMES")),
         ("the TRIAL group", trial_frames(section)),
-        ("the header", span if header.last < FULL else None),
+        ("the header", span if header.last < FULL_COUNT else None),
     ]
     claims = [_Claim(n, who) for who, n in said if n]
-    saturated = is_full or (not claims and header.last == FULL)
-    if saturated and not any(c.frames >= FULL for c in claims):
-        claims.append(_Claim(FULL, "the size of the file", at_least=True))
+    saturated = is_full or (not claims and header.last == FULL_COUNT)
+    if saturated and not any(c.frames >= FULL_COUNT for c in claims):
+        claims.append(_Claim(FULL_COUNT, "the size of the file", at_least=True))
     return [c for c in claims if c.frames > 0]
 
 
@@ -329,8 +330,8 @@ def _disputes(
         remarks.append(
             remark(
                 "header",
-                f"the frame count is {FULL}, the most that 16 bits hold, and nothing "
-                f"says more: {taken.frames} frames by {taken.who}",
+                f"the frame count is {FULL_COUNT}, the most that 16 bits hold, and "
+                f"nothing says more: {taken.frames} frames by {taken.who}",
                 taken=taken.frames,
             )
         )

@@ -9,7 +9,7 @@ from handclean import __version__
 from handclean.io.c3d.analog import Gains, analog_rows
 from handclean.io.c3d.columns import Angles, Columns
 from handclean.io.c3d.draft import (
-    TOP,
+    TOP_STEPS,
     Writing,
     check_fits,
     extent,
@@ -17,7 +17,7 @@ from handclean.io.c3d.draft import (
     with_angles,
 )
 from handclean.io.c3d.edit import with_floats, with_shorts, with_strings, with_text
-from handclean.io.c3d.events import KEY, with_events
+from handclean.io.c3d.events import LABELLED_EVENTS_KEY, with_events
 from handclean.io.c3d.head import (
     MAGIC,
     Head,
@@ -27,7 +27,7 @@ from handclean.io.c3d.head import (
     with_header_shorts,
 )
 from handclean.io.c3d.numbers import Processor
-from handclean.io.c3d.parameters import BLOCK, Section
+from handclean.io.c3d.parameters import BLOCK_BYTES, Section
 from handclean.io.c3d.samples import Coding
 from handclean.io.shared.settle import METRES
 from handclean.recording import Recording
@@ -39,7 +39,7 @@ def new_file(
     """Plan a file of handclean's own: Intel floats, mm."""
     low, high = extent(recording)
     largest = max(-low, high) / METRES["mm"]
-    scale = float(np.float32(np.clip(largest / TOP, 1e-6, 1e30)))
+    scale = float(np.float32(np.clip(largest / TOP_STEPS, 1e-6, 1e30)))
     coding = Coding(
         processor=Processor.INTEL, is_float=True, scale=scale, metres=METRES["mm"]
     )
@@ -61,7 +61,13 @@ def new_file(
         section, recording.source_events, recording.first_frame, recording.rate
     )
     head = with_header_shorts(
-        head, {1: len(columns.columns), 2: channels * per_frame, 9: per_frame, 149: KEY}
+        head,
+        {
+            1: len(columns.columns),
+            2: channels * per_frame,
+            9: per_frame,
+            149: LABELLED_EVENTS_KEY,
+        },
     )
     head = with_header_floats(head, {12: -scale, 20: recording.rate})
     head = replace(head, section=section)
@@ -79,9 +85,9 @@ def new_file(
 
 def _blank_head() -> Head:
     """Return a header and an empty section, Intel."""
-    header = bytes([2, MAGIC]).ljust(BLOCK, b"\0")
+    header = bytes([2, MAGIC]).ljust(BLOCK_BYTES, b"\0")
     lead = bytes([1, MAGIC, 1, Processor.INTEL])
-    raw = header + lead.ljust(BLOCK, b"\0")
+    raw = header + lead.ljust(BLOCK_BYTES, b"\0")
     head = parse_head(np.frombuffer(raw, np.uint8), "C3D")
     return replace(head, raw=raw)
 

@@ -31,9 +31,14 @@ from handclean.arrays import Floats
 from handclean.io.c3d.numbers import Processor, floats_at, shorts_at
 from handclean.remarks import Remark, remark
 
-BLOCK = 512
-MOST_BLOCKS = 255  # a section's length is one byte
+BLOCK_BYTES = 512
+"""[bytes] that a C3D's sections are counted in (C3D format)."""
+
+MOST_PARAMETER_BLOCKS = 255
+"""Blocks of a parameter section: its length is one byte (C3D format)."""
+
 CHARACTERS, BYTES, SHORTS, FLOATS = -1, 1, 2, 4
+"""Types of parameters (C3D format)."""
 
 
 @dataclass(frozen=True, kw_only=True)

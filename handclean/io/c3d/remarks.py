@@ -7,7 +7,7 @@ import numpy as np
 
 from handclean.io.c3d.head import Head
 from handclean.io.c3d.layout import Layout, analog_ratio, count
-from handclean.io.c3d.parameters import BLOCK, strings_of
+from handclean.io.c3d.parameters import BLOCK_BYTES, strings_of
 from handclean.remarks import Remark, remark
 
 
@@ -29,7 +29,7 @@ def of_form(head: Head, layout: Layout, left: int) -> list[Remark]:
                 first_frame=layout.first_frame,
             )
         )
-    if left >= BLOCK:
+    if left >= BLOCK_BYTES:
         remarks.append(remark("header", f"{left} bytes after the last frame"))
     rate = section.numbers("POINT", "RATE")
     if rate.size and not np.isclose(rate[0], header.rate, rtol=1e-5, atol=0):

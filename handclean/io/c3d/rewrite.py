@@ -8,7 +8,7 @@ import numpy as np
 from handclean.io.c3d.analog import analog_rows, channels_of, gains_of
 from handclean.io.c3d.columns import Angles, Columns
 from handclean.io.c3d.draft import (
-    TOP,
+    TOP_STEPS,
     Source,
     Writing,
     check_fits,
@@ -32,7 +32,7 @@ from handclean.io.c3d.head import (
     with_section,
 )
 from handclean.io.c3d.numbers import Words
-from handclean.io.c3d.parameters import BLOCK, Section
+from handclean.io.c3d.parameters import BLOCK_BYTES, Section
 from handclean.io.c3d.samples import SHORT_MAX, SHORT_MIN, Coding
 from handclean.recording import Recording
 from handclean.remarks import remark
@@ -154,7 +154,7 @@ def _with_room(source: Source, low: float, high: float) -> Coding:
         shorts = coding.numbers(source.words(slice(None)))[..., :3]
         ends = max(-int(shorts.min()), int(shorts.max()))
         largest = max(largest, ends * coding.scale)
-    return replace(coding, scale=float(np.float32(largest / TOP)))
+    return replace(coding, scale=float(np.float32(largest / TOP_STEPS)))
 
 
 def _with_labels(section: Section, columns: Columns, points: int) -> Section:
@@ -199,6 +199,6 @@ def _tail(source: Source, columns: int) -> bytes | None:
     if columns == source.points:
         return source.tail
     size = source.frames.size * source.frames.itemsize
-    beyond = source.tail[-size % BLOCK :]
+    beyond = source.tail[-size % BLOCK_BYTES :]
     words = len(source.frames) * (4 * columns + source.analog_words)
-    return b"\0" * (-words * source.frames.itemsize % BLOCK) + beyond
+    return b"\0" * (-words * source.frames.itemsize % BLOCK_BYTES) + beyond

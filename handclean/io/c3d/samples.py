@@ -36,7 +36,11 @@ from handclean.io.c3d.numbers import (
 )
 
 SHORT_MIN, SHORT_MAX = -32768, 32767
+"""Numbers that a 16-bit coordinate can be."""
+
 MISSING_WORD = -1
+"""Fourth word of a point that is not there (C3D format)."""
+
 WORD_OF_ORIGIN = np.array([-1, 1, 0, -1, 0], np.int16)
 """Fourth word by `Origin`; a measured point's residual is not known here."""
 

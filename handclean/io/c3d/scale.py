@@ -23,14 +23,15 @@ from handclean.io.c3d.structure import Structure
 from handclean.io.shared.adult_size import Size, size_of
 from handclean.remarks import Remark, remark
 
-_FRAMES = 200
-"""So many frames are measured, evenly through the take."""
+_MEASURED_FRAMES = 200
+"""So many frames are measured, evenly through the take (chosen)."""
 
-_ROOM = (0.02, 30.0)
-"""[m] how far apart points of a take are, and how far from the laboratory's origin."""
+_EXTENT_M = (0.02, 30.0)
+"""[m] how far apart points of a take are, and how far from the laboratory's origin
+(chosen)."""
 
-_SIZES = (0.6, 1.7)
-"""Sizes of adults against the middle one."""
+_ADULT_SIZE_RATIOS = (0.6, 1.7)
+"""[-] smallest and largest adult against the middle one (chosen)."""
 
 
 def settle_scale(structure: Structure, metres: float) -> tuple[Coding, list[Remark]]:
@@ -85,11 +86,13 @@ def _misfit(low: Floats, high: Floats, size: Size, factor: float) -> str:
     """Say why points cannot be so large; "" if they can."""
     apart = factor * float((high - low).max())
     far = factor * float(np.abs([low, high]).max())
-    if apart > _ROOM[1] or far > _ROOM[1]:
+    if apart > _EXTENT_M[1] or far > _EXTENT_M[1]:
         return f"points are {max(apart, far):.3g} m away, outside any room"
-    if apart < _ROOM[0]:
+    if apart < _EXTENT_M[0]:
         return f"all points are within {1e3 * apart:.2g} mm"
-    if not _SIZES[0] <= factor * size.ratio <= _SIZES[1] and np.isfinite(size.ratio):
+    smallest, largest = _ADULT_SIZE_RATIOS
+    ratio = factor * size.ratio
+    if not smallest <= ratio <= largest and np.isfinite(size.ratio):
         return f"{size.words} is {factor * size.length:.2g} m"
     return ""
 
@@ -98,7 +101,7 @@ def _measured(structure: Structure, coding: Coding) -> tuple[list[str], Floats]:
     """Labels of places, and (T, M, 3) [m] in some frames, NaN where missing."""
     labels, outputs = structure.head.labels(structure.points), structure.head.outputs()
     columns = [n for n, label in enumerate(labels) if label not in outputs]
-    count = min(_FRAMES, len(structure.frames))
+    count = min(_MEASURED_FRAMES, len(structure.frames))
     rows = np.linspace(0, len(structure.frames) - 1, count).astype(np.intp)
     words = structure.frames[rows, : 4 * structure.points]
     numbers = coding.numbers(words.reshape(count, -1, 4)[:, columns])

@@ -27,20 +27,21 @@ from handclean.io.c3d.verdict import Part, Verdict
 from handclean.io.c3d.witness import UnreadError, Witness, read_witness
 from handclean.recording import Analog
 
-_STEPS = 4.0 * float(np.finfo(np.float32).eps)
-"""Share by which equal numbers may differ: 4 steps of 32-bit floats, as both round a
-product of two such."""
+_EQUAL_SHARE = 4.0 * float(np.finfo(np.float32).eps)
+"""[-] share by which equal numbers may differ: 4 steps of 32-bit floats, as both round
+a product of two such."""
 
-_TINY = 1e-37
-"""Smaller numbers are 0 to one of the two: subnormal floats, and those of a DEC."""
+_ZERO_BELOW = 1e-37
+"""Smaller numbers are 0 to one of the two: subnormal floats, and those of a DEC (the
+smallest normal float is 1.2e-38)."""
 
-_AT_ONCE = 2**16
-"""Samples that are compared at once; chosen."""
+_BLOCK_SAMPLES = 2**16
+"""Samples that are compared at once (chosen; memory)."""
 
-_LISTED = 10
-"""Runs of frames that are listed."""
+_LISTED_RUNS = 10
+"""Runs of frames that are listed (chosen)."""
 
-_MISSING = -1.0
+_MISSING_RESIDUAL = -1.0
 """The package's residual of a missing point."""
 
 
@@ -115,7 +116,7 @@ def _points(structure: Structure, witness: Witness) -> list[Part]:
     for rows in _blocks(count, structure.points):
         samples, here = _decoded(structure, coding, rows)
         theirs = witness.points[rows]
-        there = theirs[..., 3] != _MISSING
+        there = theirs[..., 3] != _MISSING_RESIDUAL
         missing.add(here, there, np.arange(rows.start, rows.stop))
         both = here & there
         frames = np.nonzero(both)[0] + rows.start
@@ -128,7 +129,7 @@ def _points(structure: Structure, witness: Witness) -> list[Part]:
 
 def _blocks(frames: int, width: int) -> Iterator[slice]:
     """Go through frames, so many at a time that their samples are few."""
-    step = max(_AT_ONCE // max(width, 1), 1)
+    step = max(_BLOCK_SAMPLES // max(width, 1), 1)
     for begin in range(0, frames, step):
         yield slice(begin, min(begin + step, frames))
 
@@ -213,7 +214,7 @@ class _Differences:
 def _equal(ours: NDArray[Any], theirs: NDArray[Any]) -> Bools:
     with np.errstate(all="ignore"):
         one, other = ours.astype(float), theirs.astype(float)
-        room = _STEPS * np.maximum(np.abs(one), np.abs(other)) + _TINY
+        room = _EQUAL_SHARE * np.maximum(np.abs(one), np.abs(other)) + _ZERO_BELOW
         same: Bools = np.abs(one - other) <= room
     same |= (one == other) | (np.isnan(one) & np.isnan(other))
     return same
@@ -226,7 +227,7 @@ def _runs(
     if not frames:
         return ()
     used = np.unique(np.concatenate(frames))
-    parts = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)[:_LISTED]
+    parts = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)[:_LISTED_RUNS]
     return tuple((int(part[0]) + first, int(part[-1]) + first) for part in parts)
 
 

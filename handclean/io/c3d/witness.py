@@ -30,11 +30,13 @@ _START_S = 60.0
 _BYTES_PER_S = 2**20
 """Bytes that are read in a second at least; c3d 0.6 reads 35 MB (chosen: a 30th)."""
 
-_ROOM, _TIMES = 2**31, 16
+_ROOM_BYTES, _ROOM_SIZES = 2**31, 16
 """[bytes] that the process may take, and how many times the file's size more; chosen:
 samples take 20 bytes for the 8 of a point, 8 for the 2 of an analog value."""
 
-_LONGEST_REASON = 160
+_REASON_CHARACTERS = 160
+"""Characters of what the package says that a message shows (chosen)."""
+
 _CODE = (
     "import sys, json; asked = json.loads(sys.stdin.buffer.readline()); "
     "sys.path[:] = asked.pop('paths'); "
@@ -92,7 +94,7 @@ def read_witness(path: Path, frames: int) -> Witness:
         "path": os.fsencode(os.path.abspath(path)).hex(),
         "frames": frames,
         "seconds": seconds,
-        "room": _ROOM + _TIMES * size,
+        "room": _ROOM_BYTES + _ROOM_SIZES * size,
         "paths": sys.path,
     }
     try:
@@ -149,7 +151,7 @@ def serve(path: str, frames: int, seconds: int, room: int) -> None:
         said, rows = _read(Path(os.fsdecode(bytes.fromhex(path))), frames)
     except BaseException as error:  # whatever it does, it is one line
         text = " ".join(f"{type(error).__name__}: {error}".split())
-        said, rows = {"unread": text[:_LONGEST_REASON]}, []
+        said, rows = {"unread": text[:_REASON_CHARACTERS]}, []
     _write(out, said, rows)
 
 

@@ -43,7 +43,7 @@ from handclean.io.c3d.draft import (
 )
 from handclean.io.c3d.new import new_file
 from handclean.io.c3d.numbers import Shorts, Words
-from handclean.io.c3d.parameters import BLOCK
+from handclean.io.c3d.parameters import BLOCK_BYTES
 from handclean.io.c3d.rewrite import same_file
 from handclean.io.c3d.samples import (
     MISSING_WORD,
@@ -96,7 +96,7 @@ def encode_c3d(writing: Writing) -> Iterator[bytes]:
             words = np.concatenate(parts, axis=1, dtype=words.dtype)
         size += words.nbytes
         yield words.tobytes()
-    yield b"\0" * (-size % BLOCK) if writing.tail is None else writing.tail
+    yield b"\0" * (-size % BLOCK_BYTES) if writing.tail is None else writing.tail
 
 
 def _analog_words(writing: Writing, rows: slice) -> Words | None:

@@ -18,8 +18,8 @@ from handclean.io.hdf5.session import write_session
 from handclean.io.shared.writing import unwritable
 from handclean.recording import Motion, Recording, trajectories
 
-_PIECE = 16_384
-"""Frames written at a time."""
+_BLOCK_FRAMES = 16_384
+"""Frames written at a time (chosen)."""
 
 Columns = Mapping[str, tuple[NDArray[Any], str]]
 """Arrays by name with their units; they may lie on a disk."""
@@ -68,8 +68,8 @@ def write_long(
 def _write(group: h5py.Group, key: str, values: NDArray[Any], units: str) -> None:
     storage = storage_of(values)
     dataset = group.create_dataset(key, values.shape, values.dtype, **storage)
-    for begin in range(0, len(values), _PIECE):
-        rows = slice(begin, begin + _PIECE)
+    for begin in range(0, len(values), _BLOCK_FRAMES):
+        rows = slice(begin, begin + _BLOCK_FRAMES)
         dataset[rows] = values[rows]
     put_attrs(dataset, {"units": units})
 

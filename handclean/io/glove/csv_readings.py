@@ -19,8 +19,11 @@ from handclean.io.shared.missing import number_in
 from handclean.io.shared.reading import text as as_text
 
 _FRAME = {"frame", "frames", "frameno", "framenumber", "sample"}
-_LONGEST_LINE = 2**20
-_NAME = 40
+_LINE_CHARACTERS = 2**20
+"""Characters of a line, at most (chosen)."""
+
+_NAME_CHARACTERS = 40
+"""Characters of a column's name that are looked at and shown (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,13 +123,19 @@ def open_csv(path: Path, sensors: int) -> CsvReadings:
             head_lines=skipped,
         )
     clocks = {k: said for k, cell in enumerate(cells) if (said := time_column(cell))}
-    plain = [re.split(r"[(\[]", cell[:_NAME])[0].casefold() for cell in cells]
+    plain = [
+        re.split(r"[(\[]", cell[:_NAME_CHARACTERS])[0].casefold() for cell in cells
+    ]
     others = [k for k, name in enumerate(plain) if name.replace(" ", "") in _FRAME]
     leave = dict.fromkeys((*clocks, *others))
     names = tuple(cell for k, cell in enumerate(cells) if k not in leave)
     double = sorted(name for name, count in Counter(names).items() if count > 1)
     if double or "" in names:
-        what = f"'{double[0][:_NAME]}' twice" if double else "a column without a name"
+        what = (
+            f"'{double[0][:_NAME_CHARACTERS]}' twice"
+            if double
+            else "a column without a name"
+        )
         raise FileError(
             path, f"has {what}", "every sensor should have a name of its own"
         )
@@ -165,9 +174,9 @@ def _is_number(cell: str) -> bool:
 
 def _lines(path: Path, file: Any) -> Iterator[bytes]:
     number = 0
-    while line := file.readline(_LONGEST_LINE):
+    while line := file.readline(_LINE_CHARACTERS):
         number += 1
-        if len(line) == _LONGEST_LINE:
+        if len(line) == _LINE_CHARACTERS:
             raise FileError(
                 Place(path, f" line {number}"), "is longer than any of readings"
             )

@@ -16,8 +16,8 @@ from handclean.io.shared.reading import reported
 from handclean.remarks import Remark, remark
 
 _AXIS = re.compile(r"[-_ .:][XYZxyz]$")
-_FEW = 3
-"""Columns that a glove has at least."""
+_LEAST_COLUMNS = 3
+"""Columns that a glove has at least (chosen)."""
 
 
 def is_readings(path: Path) -> bool:
@@ -50,7 +50,7 @@ def may_be_readings(path: Path) -> bool:
     except (HandcleanError, OSError):
         return False
     axes = any(_AXIS.search(name) for name in found.sensors)
-    return found.columns >= _FEW and not axes
+    return found.columns >= _LEAST_COLUMNS and not axes
 
 
 def inspect_readings(path: Path, rate_hz: float | None) -> dict[str, Any]:

@@ -23,12 +23,14 @@ from handclean.io.glove.h5_readings import open_h5
 from handclean.io.glove.readings_file import ReadingsFile
 from handclean.io.shared.clock import SLOWEST_HZ
 
-_AGREE = 1e-3
-_HEAD = 2000
-"""Frames whose times tell a rate."""
+_RATE_AGREEMENT_SHARE = 1e-3
+"""[-] share by which a rate may differ from the times' (as `--rate`)."""
 
-_ROUNDED = 1e-3
-"""[s] to which times may be rounded."""
+_RATE_FRAMES = 2000
+"""Frames whose times tell a rate (chosen)."""
+
+_ROUNDED_S = 1e-3
+"""[s] to which times may be rounded (chosen)."""
 
 
 def open_readings(
@@ -56,7 +58,7 @@ def open_readings(
             _expect_possible(found)
         return found
     said = rate_said(found.facts)
-    if rate_hz and said and abs(rate_hz / said - 1.0) > _AGREE:
+    if rate_hz and said and abs(rate_hz / said - 1.0) > _RATE_AGREEMENT_SHARE:
         raise UsageError(
             f"--rate {rate_hz:g} Hz, but the file says {said:g} Hz", where=path
         )
@@ -107,14 +109,14 @@ def head_of(path: Path, sensors: int) -> ReadingsFile:
 
 def _expect_rate(found: ReadingsFile, rate_hz: float) -> None:
     """Expect times to run at a rate, in the mean or (with frames lost) the median."""
-    times, _ = next(found.chunks(_HEAD))
+    times, _ = next(found.chunks(_RATE_FRAMES))
     if len(times) < 2:
         return
     span = float(times[-1] - times[0])
     steps = np.array([span / (len(times) - 1), np.median(np.diff(times))])
     with np.errstate(over="ignore"):
         off = np.abs(steps * rate_hz - 1.0)
-    if np.all(off > _AGREE + _ROUNDED / span):
+    if np.all(off > _RATE_AGREEMENT_SHARE + _ROUNDED_S / span):
         rate = 1.0 / steps[1] if abs(steps[1] - steps[0]) > 0.1 * steps[0] else 0.0
         raise UsageError(
             f"--rate {rate_hz:g} Hz, but its times run at "
@@ -125,7 +127,7 @@ def _expect_rate(found: ReadingsFile, rate_hz: float) -> None:
 
 def _expect_possible(found: ReadingsFile) -> None:
     """Expect times without a unit to be seconds: not to run slower than gloves do."""
-    times, _ = next(found.chunks(_HEAD))
+    times, _ = next(found.chunks(_RATE_FRAMES))
     if len(times) > 1 and (step := float(np.median(np.diff(times)))) > 1 / SLOWEST_HZ:
         wrong = f"by its times it runs at {1 / step:.3g} Hz, which is no rate"
         right = "call them time_ms if they are milliseconds; --rate says it is right"

@@ -18,7 +18,8 @@ from handclean.io.gltf.read import BIN_CHUNK, JSON_CHUNK, KINDS, MAGIC, WIDTHS
 VERTICES, INDICES = 34962, 34963
 """What a buffer view is for."""
 
-_LARGEST = 2**32 - 1
+_LARGEST_BYTES = 2**32 - 1
+"""[bytes] of a GLB: its header has 32 bits for the length (glTF 2.0)."""
 
 _KIND = {np.dtype(name): number for number, name in KINDS.items()}
 _TYPE = {width: name for name, width in WIDTHS.items()}
@@ -96,7 +97,7 @@ def write_file(path: Path, tree: dict[str, Any], block: Block) -> None:
     text = json.dumps(whole, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     length = 12 + 8 + len(text) + 8 + block.size
-    if length > _LARGEST:
+    if length > _LARGEST_BYTES:
         wrong = f"cannot be written: {length / 1e9:.1f} GB are too much for .glb"
         raise FileError(path, wrong, "cut the take")
     head = struct.pack("<5I", MAGIC, 2, length, len(text), JSON_CHUNK)

@@ -29,11 +29,13 @@ from handclean.io.gltf.skinned_map import SkinnedMap
 from handclean.io.shared.rotations import about_line
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
-_PRIOR_BEND = 0.3
-"""[rad, about] bend at which a finger's own plane counts as much as the template's."""
+_PRIOR_BEND_RAD = 0.3
+"""[rad, about] bend at which a finger's own plane counts as much as the template's
+(chosen)."""
 
-ASKEW = 0.5
-"""Cosine of the angle between an axis that a map gives and one that makes sense."""
+ASKEW_COSINE = 0.5
+"""Cosine of the angle between an axis that a map gives and one that makes sense
+(chosen)."""
 
 
 def finger_ends(
@@ -176,13 +178,13 @@ def _flexion(
     if joint_map.flexion is not None:
         axis = sum(frame @ joint_map.flexion for frame in frames) @ turn
     else:
-        axis = _PRIOR_BEND * prior
+        axis = _PRIOR_BEND_RAD * prior
         for one, two in pairwise(ways):
             bend = np.cross(one, two)
             axis = axis + np.copysign(1.0, bend @ prior) * bend
     axis = axis - (axis @ along) * along
     unit: Floats = axis / max(float(np.linalg.norm(axis)), 1e-12)
-    if unit @ prior < ASKEW:
+    if unit @ prior < ASKEW_COSINE:
         right = "it should be the axis about which fingers bend to the palm"
         raise glb.fail(f"joint map {joint_map.bones.name}: flexion is askew", right)
     return unit

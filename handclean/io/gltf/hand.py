@@ -28,14 +28,19 @@ from handclean.hand.template import (
     HAND_LENGTH,
     template,
 )
-from handclean.io.gltf.fingers import ASKEW, finger_ends, hand_length, straightened
+from handclean.io.gltf.fingers import (
+    ASKEW_COSINE,
+    finger_ends,
+    hand_length,
+    straightened,
+)
 from handclean.io.gltf.read import Glb
 from handclean.io.gltf.rest_skin import rest_skin
 from handclean.io.gltf.skin import SkinnedMesh, skinned_mesh
 from handclean.io.gltf.skinned_map import SkinnedMap
 
-_LENGTHS = (0.08, 0.30)
-"""[m] length of a hand."""
+_HAND_LENGTHS_M = (0.08, 0.30)
+"""[m] shortest and longest hand that is believed (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,10 +90,10 @@ def hand_of(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> ImportedHand:
     vertices = (mesh.vertices - frame[:3, 3]) @ frame[:3, :3]
     ends = finger_ends(glb, inside, joint_map, vertices, weights)
     length = hand_length(inside, joint_map, ends)
-    if not _LENGTHS[0] <= length <= _LENGTHS[1]:
+    if not _HAND_LENGTHS_M[0] <= length <= _HAND_LENGTHS_M[1]:
         size = f"{length:.4g} m" if length >= 1.0 else f"{1e3 * length:.4g} mm"
         wrong = f"the hand is {size} long"
-        low, high = (round(1e3 * limit) for limit in _LENGTHS)
+        low, high = (round(1e3 * limit) for limit in _HAND_LENGTHS_M)
         right = f"glTF is in metres; a hand has {low} to {high} mm"
         raise glb.fail(wrong, right)
     tree, bind, turns, missed = straightened(glb, inside, joint_map, side, ends)
@@ -133,7 +138,7 @@ def _frame(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> tuple[Floats, 
     exact = joint_map.bones.exact
     frame[:3, :3] = wrist[:3, :3] if exact else left @ flip @ right
     frame[:3, 3] = wrist[:3, 3]
-    if frame[:3, 2] @ back < ASKEW:
+    if frame[:3, 2] @ back < ASKEW_COSINE:
         right_is = "back should point out of the back of the hand, in its joint's frame"
         raise glb.fail(f"joint map {joint_map.bones.name}: back is askew", right_is)
     return frame, side

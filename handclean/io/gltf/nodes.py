@@ -9,6 +9,7 @@ from handclean.arrays import Floats
 from handclean.io.gltf.read import Glb
 
 _MOST_NODES = 20_000
+"""Nodes of a file, at most (chosen)."""
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 MAGIC, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
+"""First word of a GLB, and kinds of its chunks (glTF 2.0)."""
 
 _HARMLESS = {
     "KHR_materials_unlit",
@@ -38,14 +39,15 @@ _HARMLESS = {
 }
 """Extensions that change nothing that we read, or that we read anyway."""
 
-_MOST_JSON = 2**23
-"""Bytes of JSON that are read; numbers are not among them."""
+_MOST_JSON_BYTES = 2**23
+"""Bytes of JSON that are read; numbers are not among them (chosen)."""
 
-_DEEPEST = 50
-"""JSON is nested no deeper, but in what nobody reads."""
+_DEEPEST_JSON = 50
+"""JSON is nested no deeper, but in what nobody reads (chosen)."""
 
-_AGAIN, _FREE = 4, 2**22
-"""Accessors may name the same bytes so many times in all, and so many bytes more."""
+_MOST_READINGS, _FREE_BYTES = 4, 2**22
+"""Accessors may name the same bytes so many times in all, and so many bytes more
+(chosen)."""
 
 
 @dataclass(frozen=True)
@@ -146,9 +148,9 @@ def read_glb(path: Path) -> Glb:
 
 
 def _json(path: Path, content: bytes) -> dict[str, Any]:
-    if len(content) > _MOST_JSON:
+    if len(content) > _MOST_JSON_BYTES:
         wrong = f"has {len(content) / 2**20:.0f} MB of JSON"
-        raise FileError(path, wrong, f"at most {_MOST_JSON // 2**20} are read")
+        raise FileError(path, wrong, f"at most {_MOST_JSON_BYTES // 2**20} are read")
     try:
         tree = json.loads(content.decode("utf-8"))
     except (ValueError, RecursionError):
@@ -156,12 +158,12 @@ def _json(path: Path, content: bytes) -> dict[str, Any]:
     if not isinstance(tree, dict):
         raise FileError(path, "its JSON is no object")
     level: list[Any] = [tree]
-    for _ in range(_DEEPEST):
+    for _ in range(_DEEPEST_JSON):
         rows = [r.values() if isinstance(r, dict) else r for r in level]
         level = [v for row in rows for v in row if isinstance(v, dict | list)]
         if not level:
             return tree
-    raise FileError(path, f"its JSON is nested more than {_DEEPEST} deep")
+    raise FileError(path, f"its JSON is nested more than {_DEEPEST_JSON} deep")
 
 
 def _chunks(path: Path, content: bytes) -> dict[int, bytes]:
@@ -213,7 +215,7 @@ def accessor(glb: Glb, index: Any, width: int, what: str) -> NDArray[Any]:
         wrong = f"its {what} ({count} items) do not fit their {length} bytes"
         raise glb.fail(wrong, "a damaged file?")
     glb.spent[0] += count * item
-    if glb.spent[0] > _AGAIN * len(glb.block) + _FREE:
+    if glb.spent[0] > _MOST_READINGS * len(glb.block) + _FREE_BYTES:
         raise glb.fail("its accessors name the same bytes again and again")
     found = np.ndarray(
         (count, width),

@@ -19,7 +19,10 @@ from handclean.io.gltf.read import Glb, accessor, floats
 from handclean.io.mesh.raw import as_bytes
 
 _MOST_PARTS = 256
-_TRIANGLES = 4
+"""Parts of a mesh, at most (chosen)."""
+
+_TRIANGLES_MODE = 4
+"""The mode of a part that consists of triangles (glTF 2.0)."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +167,9 @@ def _parts(glb: Glb) -> list[dict[str, Any]]:
                 for part in parts
             ):
                 raise glb.fail("a mesh has no list of primitives")
-            found += [p for p in parts if p.get("mode", _TRIANGLES) == _TRIANGLES]
+            found += [
+                p for p in parts if p.get("mode", _TRIANGLES_MODE) == _TRIANGLES_MODE
+            ]
     if not found:
         raise glb.fail("no mesh of triangles has its skin")
     if len(found) > _MOST_PARTS:

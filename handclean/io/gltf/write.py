@@ -40,20 +40,21 @@ from handclean.recording import Recording, only_finite
 from handclean.remarks import Remark, remark
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
-_HALF = float(np.sqrt(0.5))
+_SQRT_HALF = float(np.sqrt(0.5))
+"""Cosine and sine of 45 degrees, in the quaternion of a quarter turn."""
 
 _TO_Y = {
-    "+x": (0.0, 0.0, _HALF, _HALF),
-    "-x": (0.0, 0.0, -_HALF, _HALF),
+    "+x": (0.0, 0.0, _SQRT_HALF, _SQRT_HALF),
+    "-x": (0.0, 0.0, -_SQRT_HALF, _SQRT_HALF),
     "+y": (0.0, 0.0, 0.0, 1.0),
     "-y": (1.0, 0.0, 0.0, 0.0),
-    "+z": (-_HALF, 0.0, 0.0, _HALF),
-    "-z": (_HALF, 0.0, 0.0, _HALF),
+    "+z": (-_SQRT_HALF, 0.0, 0.0, _SQRT_HALF),
+    "-z": (_SQRT_HALF, 0.0, 0.0, _SQRT_HALF),
 }
 """Rotations x, y, z, w that bring an axis to y."""
 
-_SKIN = (0.80, 0.56, 0.45, 1.0)
-"""Colour of a hand whose own is not known."""
+_SKIN_COLOR = (0.80, 0.56, 0.45, 1.0)
+"""Colour (red, green, blue, opacity) of a hand whose own is not known (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -341,7 +342,7 @@ def _light(colors: Bytes) -> Floats:
 
 
 def _material(colors: Bytes | None) -> dict[str, Any]:
-    color = _SKIN if colors is None else (1.0, 1.0, 1.0, 1.0)
+    color = _SKIN_COLOR if colors is None else (1.0, 1.0, 1.0, 1.0)
     about = {"baseColorFactor": color, "metallicFactor": 0.0, "roughnessFactor": 0.7}
     return {"name": "skin", "pbrMetallicRoughness": about}
 

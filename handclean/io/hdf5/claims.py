@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-_PACKED = 1100
-"""Deflate makes nothing more than 1032 times smaller."""
+_MOST_DEFLATE_RATIO = 1100
+"""Deflate makes nothing more than 1032 times smaller (zlib's technical details)."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Claim:
         """[bytes] that can be stored of it in a file of some size."""
         if self.table is None:
             return min(self.stored, size)
-        return _PACKED * min(int(self.table[:, -1].sum()), size)
+        return _MOST_DEFLATE_RATIO * min(int(self.table[:, -1].sum()), size)
 
 
 def chunk_table(stored: Any, shape: tuple[int, ...]) -> Any:

@@ -17,14 +17,15 @@ from handclean.io.hdf5.parts import Array, Fact, Part
 LIBRARY = ("v110", "v110")
 """HDF5 1.10 (2016) and later read it; its metadata carry checksums."""
 
-_COMPRESS = 4096
-"""[bytes] smaller datasets are stored as they are."""
+_LEAST_COMPRESSED_BYTES = 4096
+"""[bytes] smaller datasets are stored as they are (chosen)."""
 
-_CHUNK = 2**20
-"""[bytes] compressed datasets are cut into pieces of about this size."""
+_CHUNK_BYTES = 2**20
+"""[bytes] compressed datasets are cut into pieces of about this size (chosen)."""
 
-_PADDED = 2**20
-"""[bytes] that texts in a row may take; more only if most of it is not padding."""
+_MOST_PADDED_BYTES = 2**20
+"""[bytes] that texts in a row may take; more only if most of it is not padding
+(chosen)."""
 
 
 def put(group: h5py.Group, part: Part, where: Place) -> None:
@@ -78,7 +79,7 @@ def _fit_in_a_row(texts: Sequence[str]) -> bool:
     """Whether texts can stand side by side without much padding."""
     sizes = [len(_utf8(text)) for text in texts]
     padded = len(sizes) * max(sizes, default=0)
-    return padded <= max(_PADDED, 4 * sum(sizes))
+    return padded <= max(_MOST_PADDED_BYTES, 4 * sum(sizes))
 
 
 def _encoded(item: Any, where: Place) -> tuple[str, NDArray[Any], str]:
@@ -121,10 +122,14 @@ def _checked(values: NDArray[Any], where: Place) -> NDArray[Any]:
 
 def storage_of(values: NDArray[Any]) -> dict[str, Any]:
     """How a dataset is laid out: large ones in compressed pieces along T."""
-    if values.ndim == 0 or values.dtype.kind == "S" or values.nbytes < _COMPRESS:
+    if (
+        values.ndim == 0
+        or values.dtype.kind == "S"
+        or values.nbytes < _LEAST_COMPRESSED_BYTES
+    ):
         return {"track_times": False}
     row = values.nbytes // values.shape[0]
-    rows = min(values.shape[0], max(1, _CHUNK // max(row, 1)))
+    rows = min(values.shape[0], max(1, _CHUNK_BYTES // max(row, 1)))
     return {
         "track_times": False,
         "chunks": (rows, *values.shape[1:]),

@@ -41,8 +41,8 @@ from handclean.io.hdf5.parts import Array, Fact, Part
 from handclean.io.shared.reading import text
 from handclean.io.shared.writing import unwritable
 
-_GROWS = 2**22
-"""[bytes] by which a file in memory grows."""
+_GROWTH_BYTES = 2**22
+"""[bytes] by which a file in memory grows (chosen)."""
 
 
 def write_h5(path: Path, format_name: str, part: Part, *, version: int = 1) -> None:
@@ -70,9 +70,9 @@ def _image(
 
     It is built in memory: over a full disk the library would take the process down.
     """
-    memory = {"driver": "core", "backing_store": False, "block_size": _GROWS}
+    memory = {"driver": "core", "backing_store": False, "block_size": _GROWTH_BYTES}
     with h5py.File(
-        str(path), "w", libver=LIBRARY, userblock_size=seal.BLOCK, **memory
+        str(path), "w", libver=LIBRARY, userblock_size=seal.BLOCK_BYTES, **memory
     ) as file:
         put_attrs(file, {"format": format_name, "version": version})
         put(file, part, Place(path))

@@ -20,8 +20,10 @@ from numpy.typing import NDArray
 from handclean.errors import FileError, Place
 
 _DEFLATE, _SHUFFLE, _FLETCHER = 1, 2, 3
-_AT_ONCE = 2**22
-"""[bytes] that are read from a file at once."""
+"""Numbers of filters (HDF5)."""
+
+_PIECE_BYTES = 2**22
+"""[bytes] that are read from a file at once (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +125,7 @@ class Stored:
         view = out.reshape(-1).view(np.uint8).data
         done = 0
         while done < len(view):
-            got = os.preadv(fd, [view[done : done + _AT_ONCE]], at + done)
+            got = os.preadv(fd, [view[done : done + _PIECE_BYTES]], at + done)
             if not got:
                 raise FileError(self.where, "is cut off", "the file is damaged")
             done += got

@@ -26,16 +26,16 @@ from handclean.io.hdf5 import walker
 from handclean.io.hdf5.walk import SEAL as NAME
 from handclean.remarks import Remark, remark
 
-BLOCK = 512
+BLOCK_BYTES = 512
 """[bytes] of the user block, the least that HDF5 allows."""
 
 _MARK = b"handclean"
 _EMPTY = bytes(32)
-_PIECE = 2**20
-"""[bytes] that are read at once."""
+_PIECE_BYTES = 2**20
+"""[bytes] that are read at once (chosen)."""
 
-_MOST = 2**26
-"""[bytes] of provenance that is read."""
+_MOST_PROVENANCE_BYTES = 2**26
+"""[bytes] of provenance that is read (chosen)."""
 
 _NOTED: ContextVar[list[Remark] | None] = ContextVar("noted", default=None)
 
@@ -52,7 +52,7 @@ class _Head:
     def block(self) -> bytes:
         numbers = (self.seal, self.at, self.size, self.count)
         line = b" ".join([_MARK, *(b"%d" % number for number in numbers)]) + b"\n"
-        return line.ljust(BLOCK, b"\0")
+        return line.ljust(BLOCK_BYTES, b"\0")
 
 
 def put(file: h5py.File) -> bytes:
@@ -95,7 +95,7 @@ def renew(path: Path) -> None:
         If it cannot be read or written.
     """
     with path.open("r+b") as raw:
-        at = _read(raw.read(BLOCK)).seal
+        at = _read(raw.read(BLOCK_BYTES)).seal
         digest = _digest(raw.fileno(), at)
         raw.seek(at)
         raw.write(digest)
@@ -111,7 +111,7 @@ def intact(path: Path) -> bool | None:
     """
     with path.open("rb") as raw:
         with suppress(ValueError):
-            if _is_whole(raw.fileno(), _read(raw.read(BLOCK)).seal):
+            if _is_whole(raw.fileno(), _read(raw.read(BLOCK_BYTES)).seal):
                 return True
         at = walker.walked(path, only="")[0]["seal"]
         return None if at is None else _is_whole(raw.fileno(), at)
@@ -127,10 +127,10 @@ def provenance(path: Path) -> list[bytes] | None:
     """
     with path.open("rb") as raw:
         try:
-            head = _read(raw.read(BLOCK))
+            head = _read(raw.read(BLOCK_BYTES))
         except ValueError:
             return None
-        if not 0 <= head.size * head.count <= _MOST:
+        if not 0 <= head.size * head.count <= _MOST_PROVENANCE_BYTES:
             return None
         raw.seek(head.at)
         return [raw.read(head.size).rstrip(b"\0") for _ in range(head.count)]
@@ -201,7 +201,7 @@ def _digest(fd: int, at: int) -> bytes:
     """Digest of a file as if its seal were empty."""
     found = hashlib.sha256()
     done = 0
-    while piece := os.pread(fd, _PIECE, done):
+    while piece := os.pread(fd, _PIECE_BYTES, done):
         if done < at + len(_EMPTY) and at < done + len(piece):
             changed = bytearray(piece)
             first, last = max(at - done, 0), min(at + len(_EMPTY) - done, len(piece))

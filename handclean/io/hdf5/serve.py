@@ -14,13 +14,13 @@ from typing import Any
 from handclean.io.hdf5.walk import BROKEN, Refused, most, walk
 
 LIMIT_S = 20
-"""A file over which HDF5 takes longer is given up."""
+"""[s] a file over which HDF5 takes longer is given up (chosen; as in `walker`)."""
 
-_LOOP_S = 1
-"""[s] of processor time that no one object needs."""
+_LOOP_CPU_S = 1
+"""[s] of processor time that no one object needs (chosen)."""
 
-_ROOM = 2**24
-"""[bytes] of memory for the library itself."""
+_LIBRARY_BYTES = 2**24
+"""[bytes] of memory for the library itself (chosen)."""
 
 HEAD = struct.Struct("<Q")
 """Before each part of an answer: its size [bytes]. The JSON says how many follow."""
@@ -66,7 +66,7 @@ def _expect_to_end() -> None:
 
     used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    resource.setrlimit(resource.RLIMIT_CPU, (int(used) + 1 + _LOOP_S, hard))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(used) + 1 + _LOOP_CPU_S, hard))
 
 
 def _limit_memory(path: str) -> None:
@@ -76,7 +76,7 @@ def _limit_memory(path: str) -> None:
     with suppress(OSError, ValueError):
         with open("/proc/self/statm") as file:
             now = int(file.read().split()[0]) * resource.getpagesize()
-        room = _ROOM + most(os.stat(path).st_size)
+        room = _LIBRARY_BYTES + most(os.stat(path).st_size)
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
         resource.setrlimit(resource.RLIMIT_AS, (now + room, hard))
 

@@ -34,12 +34,14 @@ from handclean.recording import (
 
 FORMAT = "handclean session"
 VERSION = 2
+"""Of the session's layout."""
+
 _ROWS_AND_DISTANCES = 1
 """The last version that had events in rows and ``sigma`` as a distance."""
 
 _UP = ("", "+x", "-x", "+y", "-y", "+z", "-z")
 _LATEST_S = 1e12
-"""[s] no clock shows more."""
+"""[s] no clock shows more (chosen)."""
 
 
 def write_session(path: Path, recording: Recording) -> None:

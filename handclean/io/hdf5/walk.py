@@ -32,18 +32,23 @@ from handclean.io.hdf5.claims import Claim, chunk_table
 SEAL = "sha256"
 """Dataset of the root that is no content, see `handclean.io.hdf5.seal`."""
 
-_AT_ONCE = 64
-"""Texts are read so many at a time; each may be as long as the file."""
+_TEXTS_AT_ONCE = 64
+"""Texts are read so many at a time; each may be as long as the file (chosen)."""
 
-_DEEPEST = 16
-_MOST_NAMES = 1000
+_DEEPEST_GROUP, _MOST_NAMES = 16, 1000
+"""Groups within groups, and names of the root that are listed, at most (chosen)."""
+
 _MOST_OBJECTS = 50_000
 _MOST_ATTRS = 4 * _MOST_OBJECTS
-_MOST_AXES = 8
-_MOST_FILTERS = 4
+"""Groups and datasets of a file, and their attributes, at most (chosen)."""
+
+_MOST_AXES, _MOST_FILTERS = 8, 4
+"""Axes and filters of a dataset, at most (chosen)."""
+
 _FILTERS = {1, 2, 3}  # deflate, shuffle, fletcher32
-_SPARSE = 2**20
-"""[bytes] that a dataset may claim whatever is stored of it."""
+
+_UNSTORED_BYTES = 2**20
+"""[bytes] that a dataset may claim whatever is stored of it (chosen)."""
 
 BROKEN = (
     OSError,
@@ -145,7 +150,7 @@ class _Walk:
         Groups, datasets and attributes are those of HDF5 itself here, not h5py's, which
         ask the library again for every property.
         """
-        if depth > _DEEPEST:
+        if depth > _DEEPEST_GROUP:
             raise Refused(where, "groups are nested too deeply")
         items: dict[str, Any] = {}
         for raw in list(group) if keys is None else [key.encode() for key in keys]:
@@ -245,7 +250,9 @@ class _Walk:
 
     def _expect_stored(self, claim: Claim, where: str) -> None:
         """Expect a dataset to claim no more than what is stored of it could hold."""
-        if claim.claimed > min(max(_SPARSE, claim.held(self._size)), self._left):
+        if claim.claimed > min(
+            max(_UNSTORED_BYTES, claim.held(self._size)), self._left
+        ):
             said = " x ".join(map(str, claim.shape))
             raise Refused(where, f"claims {said} values, far more than it holds")
         if claim.table is not None and len(claim.table) > claim.chunks:
@@ -271,7 +278,7 @@ class _Walk:
             return {"text": decoded(raw)}
         if dataset.ndim != 1:
             raise Refused(where, "texts should stand in one row")
-        step = _AT_ONCE
+        step = _TEXTS_AT_ONCE
         if dataset.dtype.kind == "S":
             step = max(step, *chunk, 0)
         texts: list[str] = []

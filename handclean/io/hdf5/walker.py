@@ -22,13 +22,15 @@ from typing import Any, ClassVar
 from handclean.errors import FileError, Place
 
 LIMIT_S = 20.0
-"""A file over which HDF5 takes longer is given up."""
+"""[s] after which a file that HDF5 does not come to an end with is given up
+(chosen)."""
 
 _START_S = 60.0
-"""[s] that starting may take on a busy machine."""
+"""[s] that starting may take on a busy machine (chosen)."""
 
-_PIECE = 2**20
-_MOST_JSON = 2**31
+_PIECE_BYTES = 2**20
+"""[bytes] read from the process at once (chosen)."""
+
 _CODE = (
     "import sys, json; parent, sys.path[:] = json.loads(sys.stdin.buffer.readline()); "
     "from handclean.io.hdf5.serve import serve; serve(parent)"
@@ -209,7 +211,7 @@ def _read(child: _Child, size: int) -> bytes:
         ready, _, _ = select.select([fd], [], [], max(left, 0.0))
         if not ready:
             raise TimeoutError
-        piece = os.read(fd, min(size - len(out), _PIECE))
+        piece = os.read(fd, min(size - len(out), _PIECE_BYTES))
         if not piece:
             raise EOFError
         out += piece

@@ -24,17 +24,18 @@ from handclean.io.shared.reading import load
 from handclean.io.shared.settle import METRES, in_metres, settle_unit
 from handclean.remarks import Remark
 
-SMALLEST, LARGEST = 0.06, 1.2
-"""[m] longest side of what may be a scan of a hand, table and all."""
+SMALLEST_SCAN_M, LARGEST_SCAN_M = 0.06, 1.2
+"""[m] longest side of what may be a scan of a hand, table and all (chosen)."""
 
-_HAND = (0.08, 0.6)
-"""[m] longest side of what is likely to be one, to suggest a unit."""
+_HAND_SIDE_M = (0.08, 0.6)
+"""[m] longest side of what is likely to be one, to suggest a unit (chosen)."""
 
-_CORE = (2.0, 98.0)
-"""[%] between these the size is taken, so that a few outliers do not make it."""
+_CORE_PERCENTILES = (2.0, 98.0)
+"""[%] between these the size is taken, so that a few outliers do not make it
+(chosen)."""
 
-_FARTHEST = 1e9
-"""No coordinate is larger in any unit."""
+_MOST_COORDINATE = 1e9
+"""No coordinate is larger in any unit (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +163,7 @@ def _check(path: Path, raw: RawMesh) -> None:
     if not len(raw.vertices):
         raise FileError(path, "has no vertices")
     count = len(raw.vertices)
-    bad = np.flatnonzero(~(np.abs(raw.vertices) < _FARTHEST).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(raw.vertices) < _MOST_COORDINATE).all(axis=1))
     if len(bad):
         wrong = f"{len(bad)} of {count} vertices are not numbers, or too large"
         raise FileError(path, f"{wrong}, the first is vertex {bad[0]}")
@@ -181,7 +182,7 @@ def _unit(path: Path, raw: RawMesh, option: str | None, remarks: list[Remark]) -
     FileError
         If a hand would be far too large or small.
     """
-    low, high = np.percentile(raw.vertices, _CORE, axis=0)
+    low, high = np.percentile(raw.vertices, _CORE_PERCENTILES, axis=0)
     size = float((high - low).max())
     hint = _likely(size)
     if not raw.unit and option is None:
@@ -190,7 +191,7 @@ def _unit(path: Path, raw: RawMesh, option: str | None, remarks: list[Remark]) -
         raise UsageError(f"{say}; give --unit {hint or 'mm|cm|m'}{likely}", where=path)
     unit = settle_unit(path, raw.unit or None, option, remarks)
     metres = size * METRES[unit.lower()]
-    if not SMALLEST <= metres <= LARGEST:
+    if not SMALLEST_SCAN_M <= metres <= LARGEST_SCAN_M:
         right = f"--unit {hint} would make it a hand" if hint else "no unit fits a hand"
         if raw.unit and hint and option is None:
             right = f"it says {raw.unit}; --unit {hint} would make it a hand"
@@ -201,7 +202,7 @@ def _unit(path: Path, raw: RawMesh, option: str | None, remarks: list[Remark]) -
 
 def _likely(size: float) -> str:
     """Return the unit in which a longest side is a hand's, or nothing."""
-    low, high = _HAND
+    low, high = _HAND_SIDE_M
     return next((u for u in ("mm", "cm", "m") if low <= size * METRES[u] <= high), "")
 
 

@@ -24,7 +24,9 @@ from handclean.arrays import Floats, Ints
 from handclean.errors import FileError
 from handclean.io.mesh.raw import RawMesh, as_bytes, triangles
 
-_STL_HEAD, _STL_FACE = 84, 50
+_STL_HEAD_BYTES, _STL_FACE_BYTES = 84, 50
+"""[bytes] of a binary STL before its first triangle, and of a triangle (the format)."""
+
 _VERTEX = re.compile(rb"vertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", re.IGNORECASE)
 
 
@@ -141,8 +143,8 @@ def parse_stl(path: Path, content: bytes) -> RawMesh:
     FileError
         If they are not one, or end too soon.
     """
-    count = int.from_bytes(content[_STL_HEAD - 4 : _STL_HEAD], "little")
-    there = (len(content) - _STL_HEAD) / _STL_FACE
+    count = int.from_bytes(content[_STL_HEAD_BYTES - 4 : _STL_HEAD_BYTES], "little")
+    there = (len(content) - _STL_HEAD_BYTES) / _STL_FACE_BYTES
     if there == count and count:
         from trimesh.exchange.stl import load_stl_binary  # late: it is heavy
 

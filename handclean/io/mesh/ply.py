@@ -59,7 +59,8 @@ _TYPES = {
 
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
-_LONGEST_HEADER = 2**16
+_MOST_HEADER_BYTES = 2**16
+"""[bytes] of a header, at most (chosen)."""
 
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 
@@ -114,9 +115,9 @@ def _header(path: Path, content: bytes) -> tuple[str, list[_Element], str, int]:
         raise FileError(path, "is not a PLY file", "it should begin with 'ply'")
     order, unit, at = None, "", 3
     elements: list[_Element] = []
-    while at < min(len(content), _LONGEST_HEADER):
+    while at < min(len(content), _MOST_HEADER_BYTES):
         at = _line_start(content, at)
-        stop = at + _LONGEST_HEADER
+        stop = at + _MOST_HEADER_BYTES
         ends = [content.find(mark, at, stop) for mark in (b"\n", b"\r")]
         ends = [end for end in ends if end >= 0]
         if not ends:

@@ -9,8 +9,8 @@ from handclean.hand.surface import face_normals
 from handclean.io.mesh.meshes import Mesh
 from handclean.remarks import Remark, remark
 
-_STL_HEAD = 80
-"""[bytes] before the count of triangles."""
+_STL_TITLE_BYTES = 80
+"""[bytes] before the count of triangles (the format)."""
 
 
 def write_ply(path: Path, mesh: Mesh) -> tuple[Remark, ...]:
@@ -93,7 +93,7 @@ def _stl_bytes(mesh: Mesh) -> bytes:
     flat = face_normals(mesh.vertices, mesh.faces)
     size = np.linalg.norm(flat, axis=1, keepdims=True)
     rows["normal"] = flat / np.where(size > 0.0, size, 1.0)
-    head = b"handclean: unit m".ljust(_STL_HEAD)
+    head = b"handclean: unit m".ljust(_STL_TITLE_BYTES)
     return head + len(rows).to_bytes(4, "little") + rows.tobytes()
 
 

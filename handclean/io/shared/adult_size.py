@@ -19,7 +19,7 @@ from handclean.hand.marker_set import load_marker_set, shipped
 from handclean.hand.surface import rest_joints
 from handclean.hand.template import HAND_LENGTH, bone_places, template
 
-_SEGMENTS = {
+_SEGMENT_LENGTH_M = {
     ("shoulder", "elbow"): 0.31,
     ("elbow", "wrist"): 0.26,
     ("shoulder", "hip"): 0.48,
@@ -27,7 +27,8 @@ _SEGMENTS = {
     ("knee", "ankle"): 0.41,
     ("heel", "toe"): 0.21,
 }
-"""[m] from marker to marker on one side of an adult."""
+"""[m] from marker to marker on one side of an adult (chosen: rounded, good to a
+third)."""
 
 _PARTS = {
     "shoulder": r"sho(ulder)?|shld|acr(omion)?",
@@ -52,11 +53,11 @@ _BODY = {
 
 _FINGER = re.compile(r"thumb|index|middle|ring|little|pinky")
 
-_FEWEST = 5
-"""So many markers of a hand tell its size."""
+_LEAST_MARKERS = 5
+"""So many markers of a hand tell its size (chosen)."""
 
-_MOST = 64
-"""So many are measured."""
+_MOST_MARKERS = 64
+"""So many markers are measured, at most (chosen)."""
 
 
 class Size(NamedTuple):
@@ -117,7 +118,7 @@ def _body(columns: dict[str, int], positions: Floats) -> list[Size]:
                 side = (found["before"] or found["after"])[0]
                 at.setdefault((side, part), column)
     sizes = []
-    for (one, other), adult in _SEGMENTS.items():
+    for (one, other), adult in _SEGMENT_LENGTH_M.items():
         for side, called in (("l", "left"), ("r", "right")):
             if (side, one) in at and (side, other) in at:
                 length = _apart(positions, at[side, one], at[side, other])
@@ -136,7 +137,7 @@ def _hand_of_a_set(columns: dict[str, int], positions: Floats) -> list[Size]:
         called, places = _of_set(name)
         for hand in hands.values():
             rows = [n for n, label in enumerate(called) if label in hand]
-            if len(rows) >= max(_FEWEST, len(best) + 1):
+            if len(rows) >= max(_LEAST_MARKERS, len(best) + 1):
                 at = [hand[called[n]] for n in rows]
                 best = _neighbours(places[rows], positions[:, at], hand, at) or best
     return best
@@ -178,10 +179,10 @@ def _fingers(columns: dict[str, int], positions: Floats) -> list[Size]:
             hands[name[: found.start()]].append(column)
     sizes = []
     for named in hands.values():
-        hand = named[:_MOST]
+        hand = named[:_MOST_MARKERS]
         points = positions[:, hand]
-        whole = points[np.isfinite(points).all(axis=2).sum(axis=1) >= _FEWEST]
-        if len(hand) >= _FEWEST and len(whole):
+        whole = points[np.isfinite(points).all(axis=2).sum(axis=1) >= _LEAST_MARKERS]
+        if len(hand) >= _LEAST_MARKERS and len(whole):
             away = np.linalg.norm(whole[:, :, None] - whole[:, None], axis=3)
             length = float(np.percentile(np.nanmax(away, axis=(1, 2)), 95))
             sizes.append(Size(length / HAND_LENGTH, "a hand, at its widest,", length))

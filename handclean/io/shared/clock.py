@@ -8,7 +8,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
-from handclean.io.shared.settle import AGREE
+from handclean.io.shared.settle import AGREEMENT_SHARE
 from handclean.remarks import Remark, remark
 
 SECONDS = {
@@ -20,10 +20,11 @@ SECONDS = {
 """Seconds per unit of time, by the names that columns give it."""
 
 SLOWEST_HZ, FASTEST_HZ = 2.0, 20_000.0
-"""[Hz] cameras are no slower and no faster."""
+"""[Hz] cameras are no slower and no faster (chosen)."""
 
-_WHOLE = 1e-4
-"""A rate found from times counts as whole when within this share of a whole number."""
+_WHOLE_RATE_SHARE = 1e-4
+"""A rate found from times counts as whole when within this share of a whole number
+(chosen)."""
 
 _TIME = re.compile(
     r"(?:time|times|time[ _]?stamps?|t|elapsed[ _]?time|frame[ _]?time)"
@@ -92,10 +93,10 @@ def rate_of(
     if not (0 < rate < 1e12 and np.all(late < 0.5 / rate)):
         remarks.append(remark("time", "its times run irregularly and say no rate"))
         return None
-    if option is not None and abs(rate - option) <= AGREE * rate:
+    if option is not None and abs(rate - option) <= AGREEMENT_SHARE * rate:
         return option
     whole = round(rate)
-    if abs(rate - whole) <= _WHOLE * rate:
+    if abs(rate - whole) <= _WHOLE_RATE_SHARE * rate:
         return whole
     return _round_rate(numbers - numbers[0], times - times[0], rate)
 
@@ -150,7 +151,9 @@ def in_seconds(
         return times * column.seconds
     with np.errstate(all="ignore"):
         rate = float((numbers[-1] - numbers[0]) / (times[-1] - times[0]))
-    if not 0 < rate < SLOWEST_HZ or (option and abs(rate - option) <= AGREE * rate):
+    if not 0 < rate < SLOWEST_HZ or (
+        option and abs(rate - option) <= AGREEMENT_SHARE * rate
+    ):
         return times
     if option is None and np.all(np.diff(times) == 1.0):
         wrong = "its times rise by 1 a row: seconds, milliseconds or frames?"
@@ -181,7 +184,7 @@ def expect_possible(
     """
     if rate is None or SLOWEST_HZ <= rate <= FASTEST_HZ:
         return
-    if option is not None and abs(rate - option) <= AGREE * rate:
+    if option is not None and abs(rate - option) <= AGREEMENT_SHARE * rate:
         return
     wrong = f"by its column '{column[:40]}' it runs at {rate:.3g} Hz, which is no rate"
     right = "is that its unit? time_ms are milliseconds; --rate HZ says it is right"

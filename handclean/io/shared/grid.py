@@ -20,6 +20,8 @@ from handclean.io.shared.reading import text
 from handclean.remarks import Remark, remark
 
 MOST_COLUMNS = 100_000
+"""Columns of a table, at most (chosen)."""
+
 _BLANK = b" \t\v\f"
 
 

@@ -15,15 +15,20 @@ _NOT_A_NUMBER = re.compile(r"[+-]?(nan(\(\w*\))?|\d[.,]#(q?nan|snan|ind)\d*)")
 
 _INFINITE = re.compile(r"[+-]?(\d[.,]#inf\d*|∞)")
 
-FAR_M = 1000.0
-"""[m] no camera sees so far."""
+BEYOND_SIGHT_M = 1000.0
+"""[m] no camera sees so far (chosen)."""
 
-_LIMITS = (32767, 32768, 65535, 2147483647, 2147483648, 4294967295)
+_WHOLE_NUMBER_LIMITS = (32767, 32768, 65535, 2147483647, 2147483648, 4294967295)
 """The greatest whole numbers of two and of four bytes."""
 
-_NEGATIVE = (-1.0, -1000.0)
-_LEAST = 999.0
-_SHOWN = 3
+_NEGATIVE_STANDINS = (-1.0, -1000.0)
+"""Negative numbers that programs write for "none" (chosen)."""
+
+_LEAST_STANDIN = 999.0
+"""No smaller positive number is looked at as standing for "none" (chosen)."""
+
+_SHOWN_NUMBERS = 3
+"""Numbers that a remark shows (chosen)."""
 
 
 def is_missing(cell: str) -> bool:
@@ -77,7 +82,9 @@ def blank_out(places: Floats, metres: float, remarks: list[Remark]) -> None:
                 samples=int(zero.sum()),
             )
         )
-    same &= (np.abs(x) >= min(_LEAST, FAR_M / metres)) | np.isin(x, _NEGATIVE)
+    same &= (np.abs(x) >= min(_LEAST_STANDIN, BEYOND_SIGHT_M / metres)) | np.isin(
+        x, _NEGATIVE_STANDINS
+    )
     if not same.any():
         return
     numbers, counts = np.unique(x[same], return_counts=True)
@@ -85,8 +92,8 @@ def blank_out(places: Floats, metres: float, remarks: list[Remark]) -> None:
     if not which.any():
         return
     places[same & np.isin(x, numbers[which])] = np.nan
-    shown = ", ".join(f"{v:.10g}" for v in numbers[which][:_SHOWN])
-    more = " and the like" if which.sum() > _SHOWN else ""
+    shown = ", ".join(f"{v:.10g}" for v in numbers[which][:_SHOWN_NUMBERS])
+    more = " and the like" if which.sum() > _SHOWN_NUMBERS else ""
     remarks.append(
         remark(
             "missing",
@@ -102,9 +109,9 @@ def _stands_for_none(number: float, metres: float) -> bool:
     size = abs(number)
     digits = f"{size:.10g}"
     return (
-        size * metres >= FAR_M
+        size * metres >= BEYOND_SIGHT_M
         or re.fullmatch(r"9{3,}(\.9+)?", digits) is not None
-        or size in _LIMITS
+        or size in _WHOLE_NUMBER_LIMITS
         or (size >= 1e4 and re.fullmatch(r"10+", digits) is not None)
-        or number in _NEGATIVE
+        or number in _NEGATIVE_STANDINS
     )

@@ -19,14 +19,14 @@ from handclean.errors import FileError
 from handclean.recording import Origin, Points, Recording, Trajectories
 from handclean.remarks import Remark, remark
 
-_BEGIN = 2**12
-"""[bytes] that are looked at first, to tell whether a file is blank."""
+_BLANK_HEAD_BYTES = 2**12
+"""[bytes] that are looked at first, to tell whether a file is blank (chosen)."""
 
 UNLABELLED = (r"^\*\d+$", r"^[CU]_\d+$", r"(?i)^unlabel", r"^$")
 """Regular expressions (searched) of names that stand for no marker in particular."""
 
-_SPARSE = 4
-"""A take may have this many times more frames than rows."""
+_MOST_FRAMES_PER_ROW = 4
+"""A take may have this many times more frames than rows (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ def load(path: Path) -> bytes:
     with reading_errors(path):
         content = path.read_bytes()
     blank = b"\0 \t\r\n"
-    if not content[:_BEGIN].strip(blank) and not content.strip(blank):
+    if not content[:_BLANK_HEAD_BYTES].strip(blank) and not content.strip(blank):
         raise FileError(path, "is empty")
     return content
 
@@ -178,7 +178,7 @@ def place_rows(
     frames = int(at[-1]) + 1
     if frames == len(values):
         return int(numbers[0]), values
-    if frames > _SPARSE * len(values):
+    if frames > _MOST_FRAMES_PER_ROW * len(values):
         wrong = f"{len(values)} rows are numbered over {frames} frames"
         raise FileError(path, wrong, "a take should have a row for most frames")
     left_out = frames - len(values)

@@ -38,11 +38,12 @@ METRES = {
 
 _SHORT = {METRES[name]: name for name in ("m", "dm", "cm", "mm", "um")}
 
-_CUT = 3
-"""Letters that a name which was cut off must have."""
+_LEAST_CUT_LETTERS = 3
+"""Letters that a name which was cut off must have (chosen)."""
 
-AGREE = 1e-3
-"""Options and files agree when they differ by no more than this share."""
+AGREEMENT_SHARE = 1e-3
+"""[-] options and files agree when they differ by no more than this share: `--rate`
+contradicts a file by more than 0.1 %."""
 
 
 def positive(path: Path, name: str, value: str) -> float:
@@ -78,7 +79,7 @@ def settle_rate(path: Path, stated: float | None, option: float | None) -> float
             wrong = "does not say its rate; give --rate HZ"
             raise UnsaidError(path, wrong, "--rate")
         return float(option)
-    if option is not None and abs(option - stated) > AGREE * stated:
+    if option is not None and abs(option - stated) > AGREEMENT_SHARE * stated:
         raise UsageError(f"--rate {option:g} contradicts its {stated:g} Hz", where=path)
     return float(stated)
 
@@ -110,7 +111,7 @@ def named_unit(name: str) -> str | None:
     begun = {
         metres
         for whole, metres in METRES.items()
-        if len(name) >= _CUT and whole.startswith(name.lower())
+        if len(name) >= _LEAST_CUT_LETTERS and whole.startswith(name.lower())
     }
     return _SHORT[begun.pop()] if len(begun) == 1 else None
 

@@ -34,7 +34,8 @@ _WORD = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 _FOREIGN = ("in", "inch", "inches", "ft", "foot", "feet", "yd", "yard", "yards")
-_LONGEST = 40
+_NAME_CHARACTERS = 40
+"""Characters of a column's name that a message shows (chosen)."""
 
 
 class Layout(NamedTuple):
@@ -239,4 +240,4 @@ def like_another(labels: list[str]) -> list[Remark]:
 
 
 def _short(name: str) -> str:
-    return name if len(name) <= _LONGEST else name[:_LONGEST] + "..."
+    return name if len(name) <= _NAME_CHARACTERS else name[:_NAME_CHARACTERS] + "..."

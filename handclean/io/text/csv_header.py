@@ -23,11 +23,13 @@ MARK = "# handclean csv"
 
 _UP = {"", "+x", "-x", "+y", "-y", "+z", "-z"}
 _DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
-_LONGEST = 64
+_CELL_CHARACTERS = 64
+"""Characters of a cell that are looked at for a decimal comma (chosen)."""
+
 _PLACE = re.compile(r"[-_.:][XYZxyz]")
 _AXIS = re.compile(r"([xyz])\d*", re.IGNORECASE)
-_DEEPEST = 6
-"""Lines below the first one in which numbers begin at the latest."""
+_MOST_HEADER_LINES = 6
+"""Lines below the first one in which numbers begin at the latest (chosen)."""
 
 INDEX = "index"
 """Name given to a first column of two header lines that has none of its own."""
@@ -152,7 +154,7 @@ def refuse_decimal_commas(lines: Lines, delimiter: bytes | None) -> None:
     for line in (lines.peek() or b"", lines.peek(1) or b""):
         cells = line.split(delimiter) if delimiter != b"," else line.split(b'"')[1::2]
         for cell in cells:
-            if _DECIMAL_COMMA.fullmatch(cell.strip()[:_LONGEST]):
+            if _DECIMAL_COMMA.fullmatch(cell.strip()[:_CELL_CHARACTERS]):
                 shown = cell.strip()[:20].decode()
                 wrong = f"has numbers with a decimal comma ('{shown}')"
                 raise FileError(lines.path, wrong, "save it with decimal points")
@@ -203,7 +205,7 @@ def _stacked(
     one name for each column, as one line would have them; and units
     """
     block, below = [first], 0
-    for after in range(_DEEPEST):
+    for after in range(_MOST_HEADER_LINES):
         row = [text(c).strip().strip('"') for c in _split(lines.peek(after), delimiter)]
         numbers = [_is_number(cell) for cell in row]
         blank = all(n or is_missing(c) for n, c in zip(numbers, row, strict=True))

@@ -59,7 +59,8 @@ from handclean.io.text.vendors import refuse_vendors
 from handclean.recording import Motion, Origin, Points, Recording, Trajectories
 from handclean.remarks import Remark, listed, remark
 
-_SHOWN = 12
+_SHOWN_COLUMNS = 12
+"""Columns that a remark names (chosen)."""
 
 
 def read_csv(
@@ -110,7 +111,8 @@ def read_csv(
         remarks.append(
             remark(
                 "left-out",
-                f"not a marker's place, left out: {listed(layout.extra, _SHOWN)}",
+                "not a marker's place, left out: "
+                f"{listed(layout.extra, _SHOWN_COLUMNS)}",
                 columns=list(layout.extra),
             )
         )

@@ -29,7 +29,8 @@ from handclean.io.shared.writing import motions_of, rows, write_lines
 from handclean.recording import Motion, Recording, only_finite
 from handclean.remarks import Remark, remark
 
-_HEADER_LINES = 100
+_MOST_HEADER_LINES = 100
+"""Lines before ``endheader``, at most (chosen)."""
 
 
 def write_mot(path: Path, recording: Recording) -> tuple[Remark, ...]:
@@ -111,7 +112,7 @@ def inspect_mot(path: Path) -> dict[str, Any]:
     """
     lines = Lines(path, load_text(path))
     said: dict[str, str] = {}
-    for _ in range(_HEADER_LINES):
+    for _ in range(_MOST_HEADER_LINES):
         line = lines.next()
         if line is None or line.strip() == b"endheader":
             break

@@ -38,7 +38,9 @@ from handclean.io.text.csv_read import read_csv
 from handclean.recording import Event, Numbering, Origin, Recording
 from handclean.remarks import Remark, remark
 
-_HEAD = 4096
+_HEAD_BYTES = 4096
+"""[bytes] of a line that are looked at for names of axes (chosen)."""
+
 _FILLED_KINDS = {"gap-filled", "virtual"}
 
 
@@ -125,7 +127,7 @@ def _has_no_keys(lines: Lines) -> bool:
     line = lines.peek() or b""
     key = text(re.split(rb"[\t,; ]", line.strip(), maxsplit=1)[0])
     if not (key.isupper() and "_" in key):
-        return bool(re.search(rb"[-_ .:][XYZxyz]\s*(?:\t|$)", line[:_HEAD]))
+        return bool(re.search(rb"[-_ .:][XYZxyz]\s*(?:\t|$)", line[:_HEAD_BYTES]))
     if b"\t" not in line and line.strip() != key.encode():
         parted = "its cells are not parted by tabs"
         raise FileError(lines.path, parted, "a Qualisys TSV file has tabs")

@@ -33,7 +33,8 @@ _KEYS = (
     "OrigNumFrames",
 )
 _NOT_IN_NAMES = re.compile(r"[\s\x00-\x1f\\/*+]+")
-_NAMED = 5
+_NAMED_MARKERS = 5
+"""Markers that a remark names (chosen)."""
 
 
 def write_trc(
@@ -99,12 +100,12 @@ def _names(
     pairs = zip(labels, names, strict=True)
     changed = [f"'{old}' as '{new}'" for old, new in pairs if old != new]
     if changed:
-        more = len(changed) - _NAMED
+        more = len(changed) - _NAMED_MARKERS
         remarks.append(
             remark(
                 "not-kept",
                 "names that OpenSim takes, each once: "
-                + ", ".join(changed[:_NAMED])
+                + ", ".join(changed[:_NAMED_MARKERS])
                 + (f" and {more} more" if more > 0 else ""),
             )
         )

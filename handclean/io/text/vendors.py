@@ -11,9 +11,14 @@ from handclean.io.shared.grid import Lines
 from handclean.io.shared.reading import text
 
 _NEXUS = {"trajectories", "devices", "joints", "segments", "model outputs", "events"}
-_HEAD = 12
-_SHOWN = 5
-_LONGEST = 100_000
+_HEAD_LINES = 12
+"""Lines by which an export of a vendor's program is known (chosen)."""
+
+_SHOWN_NAMES = 5
+"""Units and subjects that a message names (chosen)."""
+
+_LINE_BYTES = 100_000
+"""[bytes] of a line that are looked at (chosen)."""
 
 
 def refuse_vendors(path: Path, lines: Lines) -> None:
@@ -30,7 +35,9 @@ def refuse_vendors(path: Path, lines: Lines) -> None:
         kind = kind.split("\t")[0].split(" ")[0]
     if kind not in (*known, *_NEXUS):
         return
-    head = [text((lines.peek(after) or b"")[:_LONGEST]) for after in range(_HEAD)]
+    head = [
+        text((lines.peek(after) or b"")[:_LINE_BYTES]) for after in range(_HEAD_LINES)
+    ]
     rows = _cells(head)
     if kind == "format version":
         wrong, right = _motive(rows), "export the take from Motive as C3D"
@@ -66,9 +73,9 @@ def _nexus(rows: list[list[str]]) -> str:
     units = sorted({cell[:20] for cell in rows[4][2:] if cell})
     first = rows[5][0] if rows[5] else ""
     said = [f"{rows[0][0].lower()} at {rows[1][0]} Hz"]
-    said += [f"in {', '.join(units[:_SHOWN])}"] if units else []
+    said += [f"in {', '.join(units[:_SHOWN_NAMES])}"] if units else []
     said += [f"{len(names)} markers"] if rows[0][0].lower() == "trajectories" else []
-    said += [f"of {', '.join(subjects[:_SHOWN])}"] if subjects else []
+    said += [f"of {', '.join(subjects[:_SHOWN_NAMES])}"] if subjects else []
     said += [f"from frame {first}"] if _is_count(first) else []
     return f"is a CSV of Vicon Nexus ({' '.join(said)}), which is not read"
 

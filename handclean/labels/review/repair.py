@@ -50,20 +50,21 @@ from handclean.labels.track.state import (
 from handclean.labels.track.tracker import Tracker, TrackSetup
 
 SUSPECTS, STRANGERS = 30, 6
-"""How many bad frames are looked at again, at most; how many as if nothing were
-known, one and another for every ``2 * EACH`` frames."""
+"""How many bad frames are looked at again, at most; how many as if nothing were known,
+one and another for every ``2 * EACH`` frames (chosen)."""
 
 MAX_FAILED_LOOKS = 8
-"""Looks without success in a row after which no more are taken, at most."""
+"""Looks without success in a row after which no more are taken, at most (chosen)."""
 
 EACH = 1000
-"""Frames that add one to the looks without success that are allowed, from two on."""
+"""Frames that add one to the looks without success that are allowed, from two on
+(chosen)."""
 
 STRANGE_COST_PER_MARKER = 2.5
-"""Cost per assigned marker at which nothing that is known may be right."""
+"""Cost per assigned marker at which nothing that is known may be right (chosen)."""
 
 STRETCH = 200
-"""Frames that are followed before it is asked whether to go on."""
+"""Frames that are followed before it is asked whether to go on (chosen)."""
 
 
 def amend(

@@ -35,30 +35,31 @@ from handclean.labels.track.state import FrameSequence, FrameState, TrackResult
 from handclean.labels.track.tracker import Tracker
 
 SHORTEST = 3
-"""Frames that a path of no marker must last to be given a name."""
+"""Frames that a path of no marker must last to be given a name (chosen)."""
 
 MARGIN = 2.0
-"""By how much, in `fit_cost`, another name must be better."""
+"""By how much, in `fit_cost`, another name must be better (chosen)."""
 
 WELL = 6.0
-"""A name fits well if the path is worth so much more with it than without."""
+"""A name fits well if the path is worth so much more with it than without (chosen)."""
 
 NEAR, TOUCHING = 0.08, 0.035
 """[m] how far a hidden marker may be from a path that could be its; the same where the
-path fits another name well, and between markers that may have changed places."""
+path fits another name well, and between markers that may have changed places
+(chosen)."""
 
 RIVALS = 3
-"""How many hidden markers a path is tried as."""
+"""How many hidden markers a path is tried as (chosen)."""
 
 TROUBLE = 2.0
-"""By how much, in `fit_cost`, a finger fits worse than usual to be doubted."""
+"""By how much, in `fit_cost`, a finger fits worse than usual to be doubted (chosen)."""
 
 BROKEN = 20
 """Frames that a take's paths last on average below which every finger that fits worse
-than usual is doubted: the tracker was then led by the pose alone."""
+than usual is doubted: the tracker was then led by the pose alone (chosen)."""
 
 SMOOTH = 1.0
-"""Cost of a finger's jump below which it went on from where it was."""
+"""Cost of a finger's jump below which it went on from where it was (chosen)."""
 
 
 class Scene(NamedTuple):

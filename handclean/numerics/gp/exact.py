@@ -27,8 +27,10 @@ from handclean.numerics.gp.kernels import Kernel, total
 from handclean.numerics.gp.means import basis, weights
 
 BLOCK_ROWS = 512
-JITTERS = (0.0, 1e-10, 1e-8, 1e-6, 1e-4)
-"""Shares of the largest variance that are added to the diagonal, in turn."""
+"""Rows of a matrix that are handled at a time (chosen: they stay in the cache)."""
+
+JITTER_SHARES = (0.0, 1e-10, 1e-8, 1e-6, 1e-4)
+"""Shares of the largest variance that are added to the diagonal, in turn (chosen)."""
 
 
 class Evidence:
@@ -105,7 +107,7 @@ class Evidence:
         ]
         largest = noise + float(self.kernel.diagonal(logs, self.inputs).max())
         matrix = self._matrix
-        for jitter in JITTERS:
+        for jitter in JITTER_SHARES:
             for (rows, beyond), parts in zip(blocks, grams, strict=True):
                 matrix[rows, beyond] = total(parts)
             matrix.flat[:: len(matrix) + 1] += noise + jitter * largest

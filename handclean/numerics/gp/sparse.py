@@ -36,11 +36,12 @@ from handclean.numerics.gp.kernels import Kernel, total
 from handclean.numerics.gp.means import basis, weights
 
 BLOCK_ENTRIES = 32768
-"""Of a matrix of pseudo-inputs by samples that are handled at a time: so many stay in
-the processor's cache, and in memory that need not be asked for anew."""
+"""Entries of a matrix of pseudo-inputs by samples that are handled at a time: so many
+stay in the processor's cache, and in memory that need not be asked for anew
+(chosen)."""
 
-JITTERS = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-"""Added to the diagonal of K_MM (targets have deviation 1), in turn."""
+JITTER_VARIANCES = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+"""Added to the diagonal of K_MM (targets have deviation 1), in turn (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +91,7 @@ class SparseEvidence:
         self.inputs, self.targets = inputs, targets
         self.columns = basis(mean, inputs)
         self.count = count
-        self.jitter = JITTERS[0]
+        self.jitter = JITTER_VARIANCES[0]
         self._v = np.zeros((len(inputs), count))
         self._grams = [np.zeros((len(inputs), count)) for _ in kernel.terms]
 
@@ -119,7 +120,7 @@ class SparseEvidence:
     def factor(self, logs: Floats, pseudo: Floats) -> Floats | None:
         """Lower factor of K_MM, or None."""
         gram = self.kernel.gram(logs, pseudo, pseudo)
-        for jitter in JITTERS:
+        for jitter in JITTER_VARIANCES:
             if jitter < self.jitter:
                 continue
             self.jitter = jitter

@@ -21,8 +21,13 @@ Start = tuple[Floats, Floats | None]
 """A point, and the Hessian there if it is known."""
 
 START_LOG_NOISE_VARIANCE = np.log(0.1)
-SUBSET_GROWTH = 4
-RIVALS_UP_TO_SAMPLES = 1024
+"""Logarithm of the noise's variance at the start; targets have variance 1 (chosen)."""
+
+SUBSET_GROWTH_FACTOR = 4
+"""How many times larger each subset of the samples is than the one before (chosen)."""
+
+MOST_RIVAL_SAMPLES = 1024
+"""Samples of a subset up to which several starting points are compared (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +135,7 @@ def train_exact(
             found = descend(
                 evidence, begin, lower, upper, hessian=matrix, evaluations=most
             )
-            if size <= RIVALS_UP_TO_SAMPLES:
+            if size <= MOST_RIVAL_SAMPLES:
                 found = _rivalled(evidence, found, rivals, lower, upper)
         if following is not None:
             growth = following / size
@@ -153,7 +158,7 @@ def _ladder(subset: int, count: int) -> list[tuple[int, int | None]]:
     """Numbers of samples to train with in turn, each with the next."""
     sizes = [count]
     while sizes[0] > 1.5 * subset:
-        sizes.insert(0, max(sizes[0] // SUBSET_GROWTH, subset))
+        sizes.insert(0, max(sizes[0] // SUBSET_GROWTH_FACTOR, subset))
     return list(zip(sizes, [*sizes[1:], None], strict=True))
 
 

@@ -10,11 +10,16 @@ from scipy.optimize import minimize
 from handclean.arrays import Floats
 from handclean.numerics.gp.kernels import Kernel
 from handclean.numerics.gp.settings import FitSettings
-from handclean.numerics.gp.sparse import JITTERS, SparseEvidence
-from handclean.numerics.gp.train import SUBSET_GROWTH, Trained, bounds, train_exact
+from handclean.numerics.gp.sparse import JITTER_VARIANCES, SparseEvidence
+from handclean.numerics.gp.train import (
+    SUBSET_GROWTH_FACTOR,
+    Trained,
+    bounds,
+    train_exact,
+)
 
 PSEUDO_INPUT_CANDIDATES = 2048
-"""Samples among which pseudo-inputs are sought, or four times their number."""
+"""Samples among which pseudo-inputs are sought, or four times their number (chosen)."""
 
 
 def train_sparse(
@@ -40,7 +45,7 @@ def train_sparse(
     inputs : (N, S); targets : (N,), both scaled.
     """
     order = rng.permutation(len(inputs))
-    few = np.sort(order[: SUBSET_GROWTH * settings.subset])
+    few = np.sort(order[: SUBSET_GROWTH_FACTOR * settings.subset])
     first = train_exact(kernel, mean, inputs[few], targets[few], settings, rng)
     count = min(settings.pseudo_inputs, len(inputs))
     candidates = inputs[np.sort(order[: max(PSEUDO_INPUT_CANDIDATES, 4 * count)])]
@@ -81,7 +86,7 @@ def train_sparse(
     return Trained(
         logs=vector[: kernel.size + 1],
         value=float(found.fun),
-        jitter=0.0 if evidence.jitter == JITTERS[0] else evidence.jitter,
+        jitter=0.0 if evidence.jitter == JITTER_VARIANCES[0] else evidence.jitter,
         pseudo=evidence.split(vector)[2],
         evaluations=int(found.nfev),
         subset_evaluations=first.evaluations + first.subset_evaluations,

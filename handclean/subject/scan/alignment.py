@@ -31,32 +31,37 @@ from handclean.subject.shape import body_of
 from handclean.subject.start import first_poses, scaled
 from handclean.tree import JointTree
 
-TRIED_SIZES = np.exp(np.linspace(np.log(0.5), np.log(1.6), 18))
-"""Sizes of hands to try, against the template's."""
+TRIED_SIZE_RATIOS = np.exp(np.linspace(np.log(0.5), np.log(1.6), 18))
+"""Sizes of hands to try, against the template's (chosen: from small children to large
+men)."""
 
 POSTURE_VERTICES = 800
-"""Vertices that the posture is found from."""
+"""Vertices that the posture is found from (chosen)."""
 
 LANDMARK_SD_M, SKIN_SD_M = 0.004, 0.002
-"""[m] how far the template's landmarks and skin lie from those of other hands."""
+"""[m] how far the template's landmarks and skin lie from those of other hands
+(chosen)."""
 
 INDEPENDENT_POINTS = 100
-"""Closest points count as so many: their neighbours are off by about the same."""
+"""Closest points count as so many: their neighbours are off by about the same
+(chosen)."""
 
 OUTLIER_M = 0.015
-"""[m] a vertex so far from its counterpart counts little."""
+"""[m] a vertex so far from its counterpart counts little (chosen)."""
 
 LIMIT_MARGIN_RAD, LIMIT_SD_RAD = 0.1, 0.03
-"""[rad] how far beyond the template's limits a joint may go freely, and in all."""
+"""[rad] how far beyond the template's limits a joint may go freely, and in all
+(chosen)."""
 
 MIRRORED_FIT_RATIO = 1.5
-"""By what factor the mirrored hand must fit landmarks better to be called it."""
+"""By what factor the mirrored hand must fit landmarks better to be called it
+(chosen)."""
 
 MOST_FIT_STEPS = 30
-"""Steps of the inverse kinematics in every round, at most."""
+"""Steps of the inverse kinematics in every round, at most (chosen)."""
 
 FIRST_REACH_M = 0.025
-"""[m] how far the first closest points may be."""
+"""[m] how far the first closest points may be (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +151,7 @@ def _from_landmarks(template: Template, places: Floats) -> Aligned:
     model = Model(tree=tree, labels=names, bone=bone, at=from_joint)
     seen = np.ones((1, len(rows)), dtype=bool)
     tried = []
-    for size in TRIED_SIZES:
+    for size in TRIED_SIZE_RATIOS:
         poses, cost = first_poses(scaled(model, size), places[None], seen)
         tried.append((float(cost[0]), float(size), poses[0]))
     _, size, pose = min(tried, key=lambda one: one[0])

@@ -15,12 +15,14 @@ from scipy.spatial import cKDTree
 from handclean.arrays import Bools, Bytes, Floats, Ints, expect_shape
 
 PLANE_POINTS = 6
-"""Points a plane goes through."""
+"""Points a plane goes through (chosen)."""
 
 MOST_ASIDE_SPREADS = 1.0
-"""How far a foot may lie from the middle of its points, against their spread."""
+"""How far a foot may lie from the middle of its points, against their spread
+(chosen)."""
 
 LEAST_PLANE_POINTS = 3
+"""Points that a plane goes through at least: three fix it."""
 
 
 @dataclass(frozen=True, kw_only=True)

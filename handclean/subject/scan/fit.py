@@ -36,13 +36,13 @@ from handclean.tree import JointTree
 Progress = Callable[[str], None]
 
 MOST_MEASURED_POINTS = 30_000
-"""Points that the distance of scan and skin is measured at, at most."""
+"""Points that the distance of scan and skin is measured at, at most (chosen)."""
 
 POOR_FIT_M = 0.002
-"""[m] mean distance from which on a fit is remarked on."""
+"""[m] mean distance from which on a fit is remarked on (chosen)."""
 
 POOR_COVERAGE_SHARE = 0.6
-"""Share of the skin with points of the scan below which it is remarked on."""
+"""Share of the skin with points of the scan below which it is remarked on (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,10 +10,12 @@ from handclean.errors import HandcleanError, UnknownNameError
 from handclean.remarks import Remark, remark
 
 OFF_SCAN_SHARE = 0.1
-"""A landmark farther from the scan than this share of their spread is not on it."""
+"""A landmark farther from the scan than this share of their spread is not on it
+(chosen)."""
 
 OTHER_PLACE_SHARE = 0.12
-"""A landmark farther from the aligned template's than this share is another place."""
+"""A landmark farther from the aligned template's than this share is another place
+(chosen)."""
 
 ODD_M = 0.014
 """[m] of a hand of the template's size: a landmark farther from the aligned template's
@@ -22,7 +24,7 @@ neighbours exchanged, where `OTHER_PLACE_SHARE` had let them pass, one was 9 to 
 
 EXCHANGED_SQUARE_SHARE, PICKING_ERROR_M = 0.5, 0.004
 """Two landmarks are exchanged if that leaves less than this share of their squared
-distances, [m] and these are not as small as people pick them anyway."""
+distances, [m] and these are not as small as people pick them anyway (chosen)."""
 
 
 def checked(

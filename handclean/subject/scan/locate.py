@@ -30,11 +30,11 @@ from handclean.subject.settings import CalibrateConfig
 from handclean.tree import POSE_HEAD
 
 NEUTRAL_S = 1.0
-"""[s] at the start of the first take in which the hand is held still."""
+"""[s] at the start of the first take in which the hand is held still (chosen)."""
 
 MOST_FRAMES_LOOKED_AT, LEAST_MOVING_ANGLES = 200, 5
-"""Frames that are looked at, and joints that must move in them, to be a range of
-motion."""
+"""Frames that are looked at, and joints that must move in them, to be a range of motion
+(chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -50,24 +50,26 @@ from handclean.subject.start import first_poses
 from handclean.tree import POSE_HEAD, JointTree
 
 OUTWARD_SD_M, ALONG_SD_M = 0.0015, 0.005
-"""[m] how far markers may lie from where they should, out of the skin and along it."""
+"""[m] how far markers may lie from where they should, out of the skin and along it
+(chosen)."""
 
 NEUTRAL_POSTURE_SD_RAD = 0.35
-"""[rad] how far a neutral posture is from the flat hand."""
+"""[rad] how far a neutral posture is from the flat hand (chosen)."""
 
 NEUTRAL_FRAMES = 12
-"""Frames that places are found from, at most."""
+"""Frames that places are found from, at most (chosen)."""
 
 MOST_ROUNDS = 30
+"""Rounds of inverse kinematics and median height, at most (chosen)."""
 
 OUTLIER_M = 0.03
-"""[m] a marker so far from where it should be counts little."""
+"""[m] a marker so far from where it should be counts little (chosen)."""
 
 COMPARED_ABDUCTION_DEG = {"index": 10.0, "middle": 1.0, "ring": -8.0, "little": -16.0}
-"""[degrees] abduction in which template and hand are compared."""
+"""[degrees] abduction in which template and hand are compared (chosen)."""
 
 USUAL_HEIGHTS_M = (-0.002, 0.025)
-"""[m] markers lower or higher over the skin than this are named."""
+"""[m] markers lower or higher over the skin than this are named (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,25 +22,27 @@ from handclean.subject.scan.cloud import Cloud, Scan
 from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.scan.skin_color import is_like, is_skin
 
-NEIGHBOURS = 12
-"""Points around one that normals and lonely points are told from."""
+NEIGHBOUR_POINTS = 12
+"""Points around one that normals and lonely points are told from (chosen)."""
 
 LEAST_SCAN_POINTS = 500
-"""Points that a hand is fitted to at least."""
+"""Points that a hand is fitted to at least (chosen)."""
 
 HAND_REACH_SHARE = 0.45
-"""Points farther from every landmark than this share of their spread are not looked
-at: no part of a hand is."""
+"""Points farther from every landmark than this share of their spread are not looked at:
+no part of a hand is (chosen)."""
 
 NEAR_LANDMARK_SHARE = 0.04
-"""A part of the scan is of the hand if a landmark is so near, by the same share."""
+"""A part of the scan is of the hand if a landmark is so near, by the same share
+(chosen)."""
 
 LEAST_SKIN_SHARE, LEAST_LANDMARK_POINTS = 0.8, 30
 """Share of the points at landmarks whose color must be skin's by the rule for it to be
-used, and how many points must be there for that to be told."""
+used, and how many points must be there for that to be told (chosen)."""
 
 DISAGREEING_NORMALS_SHARE = 0.25
-"""Share of normals against the template's from which on they are not believed."""
+"""Share of normals against the template's from which on they are not believed
+(chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,7 +108,7 @@ def prepared(scan: Scan, marks: Floats, settings: ScanConfig) -> Prepared:
         _expect_enough(scan, "with --skin a scan of a hand has")
     colored = looked_at - len(scan.points)
     scan = scan.only(thinned(scan.points, settings.points))
-    kept = crowded(scan.points, NEIGHBOURS, settings.lonely)
+    kept = crowded(scan.points, NEIGHBOUR_POINTS, settings.lonely)
     lonely = int((~kept).sum())
     scan = scan.only(kept)
     label = clusters(scan.points, settings.gap_m)
@@ -169,7 +171,7 @@ def oriented(
     nearest = cKDTree(vertices).query(scan.points)[1]
     outwards = vertex_normals(vertices, surface.faces)[nearest]
     if scan.normals is None:
-        normals = turned_along(plane_normals(scan.points, NEIGHBOURS), outwards)
+        normals = turned_along(plane_normals(scan.points, NEIGHBOUR_POINTS), outwards)
         said = "the scan has no normals: planes through its points stand in for them"
         return Cloud(points=scan.points, normals=normals), (remark("missing", said),)
     size = np.linalg.norm(scan.normals, axis=1)
@@ -184,7 +186,7 @@ def oriented(
                 f"{(~known).sum()} points have no normal: planes stand in for it",
             )
         )
-        planes = turned_along(plane_normals(scan.points, NEIGHBOURS), outwards)
+        planes = turned_along(plane_normals(scan.points, NEIGHBOUR_POINTS), outwards)
         normals = np.where(known[:, None], normals, planes)
     against = np.einsum("pk,pk->p", normals, outwards)[known] < 0.0
     share = float(against.mean()) if known.any() else 0.0

@@ -43,7 +43,7 @@ from handclean.subject.scan.alignment import Aligned
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
 TIP_POINT_SHARE = 0.8
-"""Where along the last segment the point is that stands for the tip."""
+"""Where along the last segment the point is that stands for the tip (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

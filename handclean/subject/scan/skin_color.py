@@ -17,10 +17,10 @@ import numpy as np
 from handclean.arrays import Bools, Bytes, expect_shape
 
 SKIN_COLOR_SDS = 4.0
-"""[standard deviations] how far a color may be from those known to be skin."""
+"""[standard deviations] how far a color may be from those known to be skin (chosen)."""
 
 LEAST_LOG_COLOR_SD = 0.05
-"""Standard deviation of a logarithm that skin is granted at least."""
+"""Standard deviation of a logarithm that skin is granted at least (chosen)."""
 
 
 def is_skin(colors: Bytes) -> Bools:

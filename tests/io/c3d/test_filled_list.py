@@ -172,7 +172,7 @@ def test_long_runs_late_frames_and_many_gaps_are_listed():
 def test_a_list_that_has_no_room_is_not_written(rng, read, monkeypatch):
     runs = np.array([[0, 3 * n, 1] for n in range(20_000)])
     assert with_marks(empty(), Marks(runs=runs, crc=1)) is None
-    monkeypatch.setattr("handclean.io.c3d.filled_list._ROOM", 1 << 20)
+    monkeypatch.setattr("handclean.io.c3d.filled_list._SPARED_BYTES", 1 << 20)
     content, notes = written(filled(read(silent(rng)), (1, 10, 15)))
     assert any("which samples are filled is not kept" in note for note in notes)
     assert read(content).frames == FRAMES
