@@ -85,7 +85,7 @@ def is_expected(
         step[i] = 0.0
         for e in range(mean.shape[0] if i >= 6 else 0):
             step[i] += prior.precision[i - 6, e] * (mean[e] - pose[7 + e])
-    forward_vector(lower, step)
+    forward_vector(lower, step, 0)
     backward_by_rows(lower, step)
     farthest = 0.0
     for i in range(6, size):

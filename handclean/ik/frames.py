@@ -170,7 +170,7 @@ def solve_frame(
     open_now: Openness,
     problem: PoseProblem,
     k: Workspace,
-    max_open_step: float = math.inf,
+    max_open_step: float,
 ) -> PoseFit:
     """Solve one frame from ``pose``, in place.
 
@@ -263,7 +263,7 @@ def multi_start(
         fit = misfit(attempt, seen, problem.tree, k)
         align(fit.point, seen.target, seen.weight, attempt)
         open_now = open_hinges_of(attempt, seen, problem, k, hinges)
-        solved = solve_frame(attempt, seen, open_now, thorough, k)
+        solved = solve_frame(attempt, seen, open_now, thorough, k, math.inf)
         found = rms(seen.weight, solved.error)
         if found < best_m:
             best_m = found
@@ -293,7 +293,7 @@ def resolve_backwards(
             break
         seen = Observations(markers.targets[t], here)
         open_now = open_hinges_of(pose, seen, problem, k, hinges)
-        solved = solve_frame(pose, seen, open_now, problem, k)
+        solved = solve_frame(pose, seen, open_now, problem, k, math.inf)
         found = rms(here, solved.error)
         if not found < RESTART_RMS_RATIO * fit.residual[t]:
             break

@@ -796,7 +796,7 @@ def solve_subspace(
             step[n] = reduced.right[n]
         if not factor(reduced.matrix):
             return cost
-        forward_vector(reduced.matrix, step)
+        forward_vector(reduced.matrix, step, 0)
         backward_by_rows(reduced.matrix, step)
         for n in range(step.shape[0]):
             promise += step[n] * reduced.right[n]

@@ -47,7 +47,7 @@ def forward(lower: Floats, rows: Floats) -> None:
 
 
 @jit
-def forward_vector(lower: Floats, vector: Floats, first: int = 0) -> None:
+def forward_vector(lower: Floats, vector: Floats, first: int) -> None:
     """Replace (P,) ``vector`` by inv(L) vector, L a lower triangle (P, P).
 
     Parameters
@@ -92,7 +92,7 @@ def solve(square: Floats, vector: Floats) -> bool:
     """
     if not factor(square):
         return False
-    forward_vector(square, vector)
+    forward_vector(square, vector, 0)
     backward(square, vector)
     return True
 

@@ -53,7 +53,7 @@ def fit_poses(
                 lower[a, a] += damping * square[a, a] + DIAGONAL_ADDED
                 step[a] = slope[a]
             factor(lower)
-            forward_vector(lower, step)
+            forward_vector(lower, step, 0)
             promise = 0.0
             for a in range(size):
                 promise += step[a] * step[a]

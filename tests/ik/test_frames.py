@@ -1,5 +1,7 @@
 """One frame and its neighbours: the parts of frame-by-frame inverse kinematics."""
 
+import math
+
 import numpy as np
 import pytest
 from people import exercise
@@ -71,10 +73,9 @@ class Hand:
         out = np.ones(len(self.mean), dtype=bool)
         return open_hinges_of(pose, seen, self.problem, self.work, out)
 
-    def solved(self, pose, seen, **more):
-        return solve_frame(
-            pose, seen, self.openness(pose, seen), self.problem, self.work, **more
-        )
+    def solved(self, pose, seen, max_open_step=math.inf):
+        open_now = self.openness(pose, seen)
+        return solve_frame(pose, seen, open_now, self.problem, self.work, max_open_step)
 
     def of(self, finger):
         return np.array([finger in name for name in self.hinges])

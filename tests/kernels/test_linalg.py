@@ -1,5 +1,7 @@
 """The Cholesky factor and what is solved with it, beside numpy and scipy."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -36,7 +38,7 @@ def test_triangular_solves_are_scipys(seed, size, columns):
     rows, vector = rng.normal(size=(size, columns)), rng.normal(size=size)
     for solve, given_, transposed in (
         (linalg.forward, rows, 0),
-        (linalg.forward_vector, vector, 0),
+        (partial(linalg.forward_vector, first=0), vector, 0),
         (linalg.backward, vector, 1),
         (linalg.backward_by_rows, vector, 1),
     ):
@@ -54,7 +56,7 @@ def test_zeros_before_the_first_number_stay(seed, size):
     vector[:first] = 0.0
     part, all_of_it = vector.copy(), vector.copy()
     linalg.forward_vector(lower, part, first)
-    linalg.forward_vector(lower, all_of_it)
+    linalg.forward_vector(lower, all_of_it, 0)
     np.testing.assert_array_equal(part, all_of_it)
 
 

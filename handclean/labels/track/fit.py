@@ -144,7 +144,7 @@ def solve_pose(
         chain, Subspace(tracker.mean, basis, tracker.prior_m), steps, lever_m
     )
     openness = Openness(max(progress.open_level, 1), state.is_open)
-    solve_frame(pose, seen, openness, problem, work)
+    solve_frame(pose, seen, openness, problem, work, math.inf)
     return measure_fit(pose, state, tracker)
 
 
