@@ -132,10 +132,20 @@ def _made(where: Where, cls: type[S], values: Mapping[str, Any]) -> S:
 
 def _checked(where: Where, given: Mapping[str, Any], cls: type) -> dict[str, Any]:
     known = {setting.name: setting for setting in settings_of(cls)}
-    for name in given:
-        if name not in known:
+    former = {one.former: one for one in known.values() if one.former}
+    values = {}
+    for name, value in given.items():
+        if name not in known and name not in former:
             raise UnknownSettingError(where, "setting", name, known)
-    return {name: _value(where, known[name], value) for name, value in given.items()}
+        setting = known.get(name) or former[name]
+        if setting.name in values:
+            raise UsageError(
+                f"{setting.former} is the former name of {setting.name}; "
+                "only one of the two should be given",
+                where=where,
+            )
+        values[setting.name] = _value(where, setting, value)
+    return values
 
 
 def _value(where: Where, setting: Setting, value: Any) -> Any:

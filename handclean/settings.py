@@ -3,7 +3,8 @@
 A settings class is a frozen dataclass whose fields are ``Annotated[type, "help"]``,
 ``type`` being ``str``, ``int``, ``float``, ``bool`` or a tuple of one of them
 (``tuple[float, ...]`` or ``tuple[float, float]``), each with a default. What a value
-may be stands behind the help, `Limits` of a number or `Words` of a text::
+may be stands behind the help, `Limits` of a number or `Words` of a text, and
+`Formerly` says a name that the setting had and still answers to::
 
     max_gap_s: Annotated[float, "Longest gap to fill.", Limits(least=0.0)] = 0.5
 
@@ -128,6 +129,18 @@ class Words:
         return f"be one of {', '.join(self.known)}"
 
 
+@dataclass(frozen=True)
+class Formerly:
+    """A name that a setting had: files and options that say it are understood.
+
+    Attributes
+    ----------
+    name : of the field, as it was.
+    """
+
+    name: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Setting:
     """One setting.
@@ -142,6 +155,7 @@ class Setting:
     default : value when nothing is given.
     limits : of a number; without any, only the largest setting there is.
     words : of a text; None where it is open.
+    former : the name it had; "" if it always had this one.
     """
 
     name: str
@@ -152,6 +166,7 @@ class Setting:
     default: Any
     limits: Limits = Limits()
     words: Words | None = None
+    former: str = ""
 
     @property
     def right(self) -> str:
@@ -231,14 +246,18 @@ def _setting(field: "dataclasses.Field[Any]", hint: Any) -> Setting:
             parts, count = parts[:1], None
     if len(set(parts)) != 1 or parts[0] not in SCALARS:
         raise TypeError(f"{field.name} should be a plain value or a tuple of one kind")
-    limits, words = Limits(), None
+    limits, words, former = Limits(), None, ""
     for one in declared:
         if isinstance(one, Limits) and parts[0] in _LARGEST:
             limits = one
         elif isinstance(one, Words) and parts[0] is str:
             words = one
+        elif isinstance(one, Formerly):
+            former = one.name
         else:
-            raise TypeError(f"{field.name} should have Limits or Words, not {one!r}")
+            raise TypeError(
+                f"{field.name} should have Limits, Words or Formerly, not {one!r}"
+            )
     return Setting(
         name=field.name,
         kind=parts[0],
@@ -248,6 +267,7 @@ def _setting(field: "dataclasses.Field[Any]", hint: Any) -> Setting:
         default=field.default,
         limits=limits,
         words=words,
+        former=former,
     )
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from handclean import config
 from handclean.errors import UsageError
-from handclean.settings import Limits, expect_limits, settings_of
+from handclean.settings import Formerly, Limits, expect_limits, settings_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,6 +180,31 @@ def test_defaults_written_as_toml_read_back_the_same(tmp_path_factory, **values)
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class RenamedConfig:
+    """Settings of which one had another name."""
+
+    donnings: Annotated[int, "How often.", Limits(least=1), Formerly("wearings")] = 2
+
+
+def test_a_former_name_is_understood_in_files_and_options(written):
+    path = written("[simulate]\nwearings = 3\n")
+    config.check(path, {"simulate": RenamedConfig})
+    assert config.load(path, "simulate", RenamedConfig) == RenamedConfig(donnings=3)
+    given = config.load(path, "simulate", RenamedConfig, wearings=5)
+    assert given == config.load(path, "simulate", RenamedConfig, donnings=5)
+    assert given == RenamedConfig(donnings=5)
+    assert "wearings" not in config.to_toml({"simulate": RenamedConfig})
+
+
+def test_a_setting_under_both_of_its_names_is_a_usage_error(written):
+    path = written("[simulate]\nwearings = 3\ndonnings = 3\n")
+    with pytest.raises(UsageError, match="wearings is the former name of donnings"):
+        config.load(path, "simulate", RenamedConfig)
+    with pytest.raises(UsageError, match="donnings should be 1 or more, not 0"):
+        config.load(None, "simulate", RenamedConfig, wearings=0)
+
+
 def test_a_field_that_is_no_setting_is_refused():
     @dataclass(frozen=True)
     class Nested:
@@ -191,7 +216,7 @@ def test_a_field_that_is_no_setting_is_refused():
 
     with pytest.raises(TypeError, match="inner"):
         settings_of(Nested)
-    with pytest.raises(TypeError, match="name should have Limits or Words"):
+    with pytest.raises(TypeError, match="name should have Limits, Words or"):
         settings_of(Misplaced)
 
 

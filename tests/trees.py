@@ -45,7 +45,7 @@ def tree_of(rng, branches, depth, hinges=1):
 
 
 def thing(rng, branches, depth, hinges=1, markers=3):
-    """A tree that wears some markers on each bone, five on its root."""
+    """A tree with some markers on each bone, five on its root."""
     tree = tree_of(rng, branches, depth, hinges)
     count = [5] + [markers] * (len(tree.bones) - 1)
     bone = np.repeat(np.arange(len(tree.bones)), count)

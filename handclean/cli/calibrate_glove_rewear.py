@@ -16,7 +16,7 @@ from handclean.runner.batch import Batch
     "--calibration",
     type=options.PATH,
     metavar="GLOVE.h5",
-    help="Of an earlier wearing, perhaps another person's.",
+    help="Of an earlier donning, perhaps another person's.",
 )
 @options.batch(
     [options.inputs, options.manifest],
@@ -24,9 +24,9 @@ from handclean.runner.batch import Batch
     options.TELLING,
 )
 def command(batch: Batch, calibration: Path | None) -> int:
-    """Adapt a calibration to another wearing of the same glove.
+    """Adapt a calibration to another donning of the same glove.
 
-    A few samples of the new wearing (a flat hand and a fist, touching fingertips) tell
+    A few samples of the new donning (a flat hand and a fist, touching fingertips) tell
     how far each sensor's readings are shifted and stretched.
 
     \b

@@ -36,7 +36,7 @@ COMMANDS = {
     "calibrate-glove sample": "Take samples (readings with known rotations) from a "
     "glove's readings.",
     "calibrate-glove fit": "Learn from samples what a glove's readings mean.",
-    "calibrate-glove rewear": "Adapt a calibration to another wearing of the same "
+    "calibrate-glove rewear": "Adapt a calibration to another donning of the same "
     "glove.",
     "calibrate-glove apply": "Turn a glove's readings into joint angles with sigma.",
     "learn subspace": "Learn a posture prior from joint angles.",

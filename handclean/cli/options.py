@@ -229,8 +229,8 @@ def settings(
     """Add an option for every setting; the command receives them as ``into``.
 
     An option that stands on the command line beats every file, also where it says what
-    is the default anyway. The command needs the group ``TELLING``, which has
-    ``--config``.
+    is the default anyway. Names that settings had are options, too, which help hides.
+    The command needs the group ``TELLING``, which has ``--config``.
 
     Parameters
     ----------
@@ -240,15 +240,17 @@ def settings(
         configuration file and options beat it.
     """
     start = f"{prefix}_" if prefix else ""
-    known = {start + setting.name: setting for setting in settings_of(cls)}
+    found = settings_of(cls)
+    known = {start + setting.name: setting for setting in found}
+    former = {start + one.former: one for one in found if one.former}
 
     def decorate(function: Function) -> Function:
         @functools.wraps(function)
         def wrapper(**given: Any) -> Any:
             context = click.get_current_context()
-            options = {name: given.pop(name) for name in known}
+            options = {name: given.pop(name) for name in known | former}
             values = {
-                known[name].name: value
+                name.removeprefix(start): value
                 for name, value in options.items()
                 if context.get_parameter_source(name) not in _NOT_GIVEN
             }
@@ -257,7 +259,9 @@ def settings(
             loaded: Any = config.load(path, table, cls, layer, **values)
             return function(**{into: loaded}, **given)
 
-        return _add(wrapper, [setting_options.option(*item) for item in known.items()])
+        shown = [setting_options.option(*item) for item in known.items()]
+        shown += [setting_options.option(*one, hidden=True) for one in former.items()]
+        return _add(wrapper, shown)
 
     return decorate
 

@@ -11,8 +11,14 @@ from handclean.settings import Setting
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
-def option(name: str, setting: Setting) -> Decorator:
-    """Make the option of a setting, which says its default in its help."""
+def option(name: str, setting: Setting, *, hidden: bool = False) -> Decorator:
+    """Make the option of a setting, which says its default in its help.
+
+    Parameters
+    ----------
+    name : of the option, in the letters of a parameter: ``max_gap_s``.
+    hidden : whether help leaves it out, as of a name that the setting had.
+    """
     flag = "--" + name.replace("_", "-")
     shown = setting.default
     if setting.is_tuple:
@@ -27,6 +33,7 @@ def option(name: str, setting: Setting) -> Decorator:
             setting.name, completion.words(words)
         ),
         "help": f"{setting.help}  [default: {shown}{limits}]",
+        "hidden": hidden,
     }
     if setting.kind is bool and not setting.is_tuple:
         return click.option(f"{flag}/--no-{flag[2:]}", name, **about)

@@ -40,7 +40,7 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
     surfaces = None
     odd: tuple[Remark, ...] = ()
     if source.target == ".glb" and options_of(source).subjects:
-        surfaces, odd = skins.worn(source, recording)
+        surfaces, odd = skins.skins_of(source, recording)
     return sessions.outcome(
         recording,
         in_words(figures),

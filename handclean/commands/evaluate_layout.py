@@ -9,7 +9,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.commands.shared import hands, motions
 from handclean.commands.shared.choices import JudgingLayouts
-from handclean.commands.shared.layout_hand import Wearer, wearer
+from handclean.commands.shared.layout_hand import LayoutHand, hand_of_layout
 from handclean.commands.shared.take_options import TakeOptions, options_of
 from handclean.errors import UsageError
 from handclean.hand.marker_set import MarkerSet, load_marker_set
@@ -48,13 +48,15 @@ def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Ou
     ]
     sets = _hand_sets(sources)
     forearm = any(markers.forearm for markers in sets.values())
-    worn = wearer(sources[0], [motion.side for motion in taken], forearm=forearm)
-    motions.common(taken, worn.tree)
-    poses = [motions.on_tree(motion, worn.tree) for motion in taken]
+    hand = hand_of_layout(
+        sources[0], [motion.side for motion in taken], forearm=forearm
+    )
+    motions.common(taken, hand.tree)
+    poses = [motions.on_tree(motion, hand.tree) for motion in taken]
     poses = [part for part in poses if len(part)]
     motions.expect_enough(poses, 1, "judging a layout")
     try:
-        found = _evaluated(sources[0], settings, sets, worn, poses)
+        found = _evaluated(sources[0], settings, sets, hand, poses)
     finally:
         progress.done()
     best = min(found, key=lambda name: found[name]["subspace"].mean_m)
@@ -103,20 +105,20 @@ def _evaluated(
     source: Source,
     settings: JudgingLayouts,
     sets: Mapping[str, MarkerSet],
-    worn: Wearer,
+    hand: LayoutHand,
     poses: Sequence[Floats],
 ) -> dict[str, dict[str, Errors]]:
     """Errors of each layout with each kind of inverse kinematics."""
     prior = hands.prior(source)
     found: dict[str, dict[str, Errors]] = {}
     for name, markers in sets.items():
-        model = markers.on(worn.tree)
+        model = markers.on(hand.tree)
         found[name] = {}
         for kind in _KINDS:
             progress.tell(f"{name}: {kind} inverse kinematics")
             found[name][kind] = evaluate(
                 model,
-                worn.surface,
+                hand.surface,
                 poses,
                 settings.evaluate,
                 np.random.default_rng(source.seed),

@@ -75,8 +75,8 @@ FIGURES = {
     "model": "of a calibration: its kind",
     "use": "samples a calibration was learnt from: all, fk or ik",
     "repeat_deg": "what putting the glove on again changes [degrees]",
-    "worn_again": "whether a calibration is for another wearing than its samples'",
-    "doubt_deg": "what is not known of that wearing [degrees]",
+    "worn_again": "whether a calibration is for another donning than its samples'",
+    "doubt_deg": "what is not known of that donning [degrees]",
     "sensors": "of readings of a glove",
     "facts": "what readings of a glove say of themselves",
     "parts": "HDF5 of another kind than a session: its parts",
@@ -200,8 +200,8 @@ def _subject(figures: Mapping[str, Any]) -> list[str]:
             f"({100 * figures['size']:.0f} % of the template's)"
         )
     if count := len(figures["markers"]):
-        worn = f" of {figures['marker_set']}" if figures["marker_set"] else ""
-        words.append(f"{count} marker{'s' * (count != 1)}{worn}")
+        of_set = f" of {figures['marker_set']}" if figures["marker_set"] else ""
+        words.append(f"{count} marker{'s' * (count != 1)}{of_set}")
     if figures["residual_mm"] is not None:
         words.append(f"residual {figures['residual_mm']:.2f} mm")
     if not figures["calibrated"]:

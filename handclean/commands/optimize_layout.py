@@ -8,7 +8,7 @@ import numpy as np
 from handclean.arrays import Bools, Floats
 from handclean.commands.shared import hands, motions
 from handclean.commands.shared.choices import LayingOut
-from handclean.commands.shared.layout_hand import Wearer, wearer
+from handclean.commands.shared.layout_hand import LayoutHand, hand_of_layout
 from handclean.commands.shared.layout_set import marker_set_of, writers_of
 from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, UnknownSettingError, UsageError
@@ -61,20 +61,20 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
     odd: list[Remark] = []
     progress.tell("reading motion")
     taken = [motion for source in sources for motion in motions.read(source, odd)]
-    worn = wearer(sources[0], [motion.side for motion in taken])
-    names = motions.common(taken, worn.tree)
+    hand = hand_of_layout(sources[0], [motion.side for motion in taken])
+    names = motions.common(taken, hand.tree)
     takes = _angles(sources[0], settings, taken, names)
-    given = _glued(settings, worn.tree) if settings.from_set else None
-    model = _candidates(sources[0], settings, worn, given)
+    given = _glued(settings, hand.tree) if settings.from_set else None
+    model = _candidates(sources[0], settings, hand, given)
     try:
-        problem, found, errors = _found(sources[0], settings, worn, model, takes, names)
+        problem, found, errors = _found(sources[0], settings, hand, model, takes, names)
     finally:
         progress.done()
     source = (
         f"handclean optimize-layout, {settings.layout.method} on {len(takes)} motions, "
         f"{sources[0].path.name} the first of them"
     )
-    markers = marker_set_of(found, problem, worn, given, settings, source)
+    markers = marker_set_of(found, problem, hand, given, settings, source)
     return Outcome(
         line=_in_words(found),
         details=_in_rows(found, markers.labels),
@@ -89,7 +89,7 @@ def optimize_layout(sources: tuple[Source, ...], settings: LayingOut) -> Outcome
             *motions.left_out(taken),
             *_doubts(found, settings),
         ),
-        writers=writers_of(markers, found, worn, settings),
+        writers=writers_of(markers, found, hand, settings),
     )
 
 
@@ -108,14 +108,14 @@ def _angles(
 
 
 def _candidates(
-    source: Source, settings: LayingOut, worn: Wearer, given: MarkerSet | None
+    source: Source, settings: LayingOut, hand: LayoutHand, given: MarkerSet | None
 ) -> Model:
     """The markers to choose from: those of a set, or on all of the skin."""
     if given is not None:
-        return given.on(worn.tree)
-    mask = _unpainted(source, worn.surface)
-    places = feasible(worn.surface, worn.tree, settings.layout, mask)
-    return on_bones(worn.surface, worn.tree, places)
+        return given.on(hand.tree)
+    mask = _unpainted(source, hand.surface)
+    places = feasible(hand.surface, hand.tree, settings.layout, mask)
+    return on_bones(hand.surface, hand.tree, places)
 
 
 def _doubts(found: Layout, settings: LayingOut) -> tuple[Remark, ...]:
@@ -148,7 +148,7 @@ def _doubts(found: Layout, settings: LayingOut) -> tuple[Remark, ...]:
 def _found(
     source: Source,
     settings: LayingOut,
-    worn: Wearer,
+    hand: LayoutHand,
     model: Model,
     takes: Sequence[Floats],
     names: tuple[str, ...],
@@ -167,7 +167,7 @@ def _found(
         given = prior if "prior" in source.files else None
         problem, found, errors = choose(
             model,
-            worn.surface,
+            hand.surface,
             takes,
             names,
             settings.layout,
@@ -181,7 +181,7 @@ def _found(
         progress.tell(f"{weighed} layouts, energy {energy:.4g}")
 
     problem = make_problem(
-        model, takes, names, settings.layout, prior=prior, surface=worn.surface
+        model, takes, names, settings.layout, prior=prior, surface=hand.surface
     )
     rng = np.random.default_rng(source.seed)
     return problem, optimize(problem, settings.layout, rng, watch=watch), {}

@@ -159,7 +159,7 @@ def _scan(scan: Scan, number: int, first: bool) -> Outcome:
 
 
 def _glove_files(folder: Path, name: str, config: SimulateConfig) -> list[Path]:
-    takes = takes_of(config.glove, config.wearings)
+    takes = takes_of(config.glove, config.donnings)
     readings = [folder / name / f"{take}.csv" for take in takes]
     return readings + [folder / "truth" / name / f"{take}.h5" for take in takes]
 

@@ -14,7 +14,7 @@ correction of the path must.
 
 Measured (tests/bench/bench_gaps.py): no gain in gaps under 0.25 s; in gaps of 0.5 and
 1 s up to a quarter less error on two real recordings, but now and then up to a sixth
-more, there and in simulation, and more where so few markers are worn that the joints
+more, there and in simulation, and more where there are so few markers that the joints
 which are known are hardly so. It gains more, where gaps are long, than it loses where
 they are short: hence it is the default.
 """

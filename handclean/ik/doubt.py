@@ -23,7 +23,7 @@ Three things, added as variances:
 Share of angles within 1, 2, 3 sigma (simulated takes, subjects calibrated from their
 own range-of-motion takes, gaps of 0.25 s cut into four markers at once):
 
-    markers worn   decided by markers   bridged          open, following the prior
+    markers        decided by markers   bridged          open, following the prior
     maycock26      0.64 0.93 0.99       0.67 0.93 0.99   0.62 0.90 0.94
     schroeder17    0.68 0.92 1.00       0.71 0.94 0.99   0.66 0.85 0.94
     dfki13         0.55 0.87 0.95       0.61 0.90 0.97   0.46 0.87 0.91

@@ -1,6 +1,6 @@
 """A simulated session with a data glove: what is recorded, with the true angles.
 
-One glove is worn by several people, each at least twice: the first wearing is for
+Several people put on one glove, each at least twice: the first donning is for
 calibration (key poses, widgets, touching, each joint alone for ``examine``, a take with
 markers), every other for tests (nine poses, a widget at an angle never seen, touching,
 free movement); it ends with what ``rewear`` takes (two poses once more, pinches). Trial
@@ -18,10 +18,10 @@ from handclean.simulation import glove_motions as motions
 from handclean.simulation.glove_motions import Wearer, make_wearer
 from handclean.simulation.glove_sensors import (
     Hardware,
+    donned,
     draw_fit,
     make_hardware,
     sensors_of,
-    worn,
 )
 from handclean.simulation.settings import SimulateConfig
 
@@ -55,7 +55,7 @@ TEST_WIDGETS = {"index_middle_abduction": (0, 25)}
 """Widgets of the tests (figure 11)."""
 
 _PAIRS = (("I_MCP", "M_MCP"), ("M_MCP", "R_MCP"), ("R_MCP", "P_MCP"))
-_GLOVE, _WEARER, _WEARING, _TAKE = 21, 22, 23, 24  # what a seed's streams are for
+_GLOVE, _WEARER, _DONNING, _TAKE = 21, 22, 23, 24  # what a seed's streams are for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +99,7 @@ class GloveSession:
 
 
 @cache
-def takes_of(glove: str, wearings: int = 2) -> tuple[str, ...]:
+def takes_of(glove: str, donnings: int = 2) -> tuple[str, ...]:
     """Names of a session's recordings.
 
     Raises
@@ -107,10 +107,10 @@ def takes_of(glove: str, wearings: int = 2) -> tuple[str, ...]:
     UnknownNameError
         If the glove cannot be simulated.
     """
-    return tuple(name for _, name in _numbered(glove, wearings))
+    return tuple(name for _, name in _numbered(glove, donnings))
 
 
-def _numbered(glove: str, wearings: int) -> list[tuple[int, str]]:
+def _numbered(glove: str, donnings: int) -> list[tuple[int, str]]:
     """Recordings, and which random stream each has, whatever the glove measures."""
     felt = {hinge for sensor in sensors_of(glove) for hinge in sensor.measures}
     names = [sensor.name for sensor in sensors_of(glove)]
@@ -125,7 +125,7 @@ def _numbered(glove: str, wearings: int) -> list[tuple[int, str]]:
     out += [f"w1/free-{name}" for name in alone]
     out += [f"w1/free-{a}+{b}" for a, b in _PAIRS if a in names]
     out.append("w1/markers")
-    for w in range(2, wearings + 1):
+    for w in range(2, donnings + 1):
         out += [f"w{w}/pose-{pose}-1" for pose in TEST_POSES]
         out += [
             f"w{w}/hold-{rot}{a:+d}" for rot, at in TEST_WIDGETS.items() for a in at
@@ -149,7 +149,7 @@ def simulate_glove(
     number: int,
     poses: Mapping[str, Mapping[str, float]],
 ) -> GloveSession:
-    """Let one person wear the glove and do all that `takes_of` lists.
+    """Let one person put the glove on and do all that `takes_of` lists.
 
     Parameters
     ----------
@@ -169,11 +169,11 @@ def simulate_glove(
     fits = draw_fit(hardware, rng)
     on_hand: dict[int, Hardware] = {}
     takes = []
-    for k, name in _numbered(settings.glove, settings.wearings):
+    for k, name in _numbered(settings.glove, settings.donnings):
         w = int(name[1 : name.index("/")])
         if w not in on_hand:
-            stream = np.random.default_rng([seed, _WEARING, number, w])
-            on_hand[w] = worn(hardware, wearer.size, fits, stream)
+            stream = np.random.default_rng([seed, _DONNING, number, w])
+            on_hand[w] = donned(hardware, wearer.size, fits, stream)
         stream = np.random.default_rng([seed, _TAKE, number, k])
         takes.append(_take(name, wearer, on_hand[w], poses, stream))
     return GloveSession(

@@ -6,7 +6,7 @@ range; other rotations stretch it (cross-coupling), through kinked curves g and 
 product where two meet. None of these is in the class of linear and squared-exponential
 kernels. The strengths are those of Wang & Neff (2013), table 1, in shares of the active
 range. On top come the converter's steps, noise (Kessler et al. 1995: 1.1 degrees in the
-mean, 3 at most), the hand's size, and at every wearing a little offset and gain.
+mean, 3 at most), the hand's size, and at every donning a little offset and gain.
 
 Hinges are those of the pose vector; a sensor's rotation is a sum of them.
 """
@@ -159,7 +159,7 @@ def sensors_of(glove: str) -> tuple[Sensor, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Hardware:
-    """One glove as it was made, and as it is worn.
+    """One glove as it was made, and as it sits on a hand.
 
     Attributes
     ----------
@@ -281,7 +281,7 @@ def _room(sensor: Sensor) -> float:
     return max(0.9 * (most + min(sensor.together, 0.0)), 0.0)
 
 
-def worn(
+def donned(
     hardware: Hardware, size: float, fits: Floats, rng: np.random.Generator
 ) -> Hardware:
     """Put the glove on a hand, once more.
@@ -290,7 +290,7 @@ def worn(
     ----------
     size : of the hand against the mean; a larger one stretches the glove.
     fits : (2, S) how it fits this person: offset in shares of the range, gain.
-    rng : of this wearing, which differs from the last.
+    rng : of this donning, which differs from the last.
     """
     count = len(hardware.sensors)
     ranges = np.array([sensor.high - sensor.low for sensor in hardware.sensors])

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from handclean.settings import Limits, Words, expect_limits
+from handclean.settings import Formerly, Limits, Words, expect_limits
 
 SCENARIOS = {
     "grasp": "grasp an object, put it in a bowl, return: the protocol of maycock2015",
@@ -72,11 +72,14 @@ class SimulateConfig:
         int, "Points of the hand in a scan, at most.", Limits(least=1000)
     ] = 100_000
 
-    glove: Annotated[
-        str, "The data glove that is worn in the scenario of that name."
-    ] = "cyberglove18"
-    wearings: Annotated[
-        int, "How often each puts the glove on; 2nd and later: tests.", Limits(least=1)
+    glove: Annotated[str, "The data glove of the scenario of that name."] = (
+        "cyberglove18"
+    )
+    donnings: Annotated[
+        int,
+        "How often each puts the glove on; 2nd and later: tests.",
+        Limits(least=1),
+        Formerly("wearings"),
     ] = 2
 
     def __post_init__(self) -> None:

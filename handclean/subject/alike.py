@@ -5,8 +5,8 @@ and soft tissue let them slide. So the median distance of each such pair in one 
 compared with that in the first. Measured, root mean square over the pairs: 0.05 to
 0.14 mm between simulated takes of one hand, up to 0.4 mm between the thirds of real
 ones, where the distances of a pair vary by 0.1 to 0.5 mm within each; 5.5 mm between
-two simulated people who wear the same set. Markers on a rigid plate, as on the back of
-some gloves, keep their distances on whatever hand: they tell nothing.
+two simulated people with the same marker set. Markers on a rigid plate, as on the back
+of some gloves, keep their distances on whatever hand: they tell nothing.
 """
 
 from itertools import combinations

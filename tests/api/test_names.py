@@ -22,7 +22,7 @@ def take(labels):
     return Recording(rate=100.0, frames=2, markers=trajectories(places, labels))
 
 
-def wearing(*labels):
+def with_markers(*labels):
     subject = template_subject(load_marker_set("pavllo9"))
     model = replace(
         subject.model,
@@ -46,7 +46,7 @@ def wearing(*labels):
     ],
 )
 def test_a_misspelt_marker_is_named_with_what_the_take_has(name, other):
-    said = texts(names.misspelt(take(("A", other)), wearing(name, "A")))
+    said = texts(names.misspelt(take(("A", other)), with_markers(name, "A")))
     assert said == (
         f"marker '{name}' of the subject is not in the take; the take has '{other}'",
     )
@@ -65,17 +65,20 @@ def test_a_misspelt_marker_is_named_with_what_the_take_has(name, other):
     ],
 )
 def test_another_marker_is_no_misspelling(name, other):
-    assert names.misspelt(take(("A", other)), wearing(name, "A")) == ()
+    assert names.misspelt(take(("A", other)), with_markers(name, "A")) == ()
 
 
 def test_a_label_that_is_another_marker_of_the_subject_is_no_misspelling():
-    assert names.misspelt(take(("INDEX_TIP",)), wearing("INDEX_TIP", "INDEXTIP")) == ()
+    assert (
+        names.misspelt(take(("INDEX_TIP",)), with_markers("INDEX_TIP", "INDEXTIP"))
+        == ()
+    )
 
 
 @given(name=st.sampled_from(shipped()), gone=st.integers(0, 4))
 def test_a_take_whose_labels_are_right_has_no_misspelling(name, gone):
     labels = SETS[name]
-    assert names.misspelt(take(labels[gone:]), wearing(*labels[:9])) == ()
+    assert names.misspelt(take(labels[gone:]), with_markers(*labels[:9])) == ()
 
 
 @pytest.mark.parametrize("name", shipped())

@@ -2,8 +2,8 @@
 
 Simulated glove (18 sensors; curves and coupling outside the models' class, 1.1 degrees
 of noise, 8 bits), seeds of which each is another glove and another hand. Calibrated in
-one wearing: eight key poses, widgets, touching; tested in another, except where said.
-Readings are smoothed as `sample` and `apply` do, except where said. "Worn again" is a
+one donning: eight key poses, widgets, touching; tested in another, except where said.
+Readings are smoothed as `sample` and `apply` do, except where said. "Donned again" is a
 calibration adapted by `rewear` to the donning of the test, by two key poses, flat and
 fist, and pinches of index and little finger recorded anew. "With markers" has samples
 of 600 frames of free movement whose angles were solved, as a laboratory would: the hand
@@ -189,7 +189,7 @@ class Session:
         return taken.make_samples(*given)
 
     def again(self, calibration):
-        """The calibration for the second wearing."""
+        """The calibration for the second donning."""
         out = []
         for pose in REFIT_POSES:
             take = self.takes[f"w2/pose-{pose}-2"]
@@ -235,8 +235,8 @@ class Session:
     def errors(self, calibration, name):
         return np.degrees(np.abs(self.predict(calibration, name)[0] - self.truth(name)))
 
-    def tips(self, calibration, finger, wearing=2):
-        name = f"w{wearing}/touch-thumb-{finger}"
+    def tips(self, calibration, finger, donning=2):
+        name = f"w{donning}/touch-thumb-{finger}"
         mean, _ = self.predict(calibration, name)
         angles, _ = calibration_of.to_hinges(
             self.glove, self.hinges, mean, np.zeros_like(mean)
@@ -279,8 +279,8 @@ def world(seed):
         ),
         "LMC-GPR": fitted(session, both, "lmc-gpr"),
         "SPGP-100": sparse,
-        "SPGP-100, worn again": session.again(sparse),
-        "FK only, worn again": session.again(start),
+        "SPGP-100, donned again": session.again(sparse),
+        "FK only, donned again": session.again(start),
         "SPGP-100, four key poses": fitted(session, paper, "spgp"),
         "FK only": start,
         "IK only": fitted(session, ik, "spgp"),
@@ -381,7 +381,7 @@ def figure_12():
     paper = {"raw": 75.3, "linear": 52.5, "LMC-GPR": 0.8, "SPGP-100": 17.5}
     names = (
         "raw", "linear", "FK only", "LMC-GPR", "SPGP-100", "SPGP-100, not smoothed",
-        "SPGP-100, worn again", "with markers",
+        "SPGP-100, donned again", "with markers",
     )  # fmt: skip
     for name in names:
         row = {"calibration": name}
@@ -394,7 +394,7 @@ def figure_12():
                 [1e3 * session.tips(made, finger).mean() for session, made in chosen]
             )
         if not name.endswith("again"):
-            row["trained wearing, all [mm]"] = over_seeds(
+            row["trained donning, all [mm]"] = over_seeds(
                 [
                     1e3 * np.mean([session.tips(made, f, 1).mean() for f in LONG])
                     for session, made in chosen
@@ -491,26 +491,26 @@ def elsewhere():
 
     for name in ("linear", "LMC-GPR", "SPGP-100", "FK only", "IK only"):
         add(
-            f"{name}, the same wearing",
+            f"{name}, the same donning",
             [world(s)[0].errors(world(s)[2][name], "w1/markers") for s in SEEDS],
         )
     add(
-        "SPGP-100, not smoothed, the same wearing",
+        "SPGP-100, not smoothed, the same donning",
         [noisy(s)[0].errors(noisy(s)[1], "w1/markers") for s in SEEDS],
     )
     for name in ("linear", "LMC-GPR", "SPGP-100", "FK only", "IK only", "with markers"):
         add(
-            f"{name}, another wearing",
+            f"{name}, another donning",
             [world(s)[0].errors(world(s)[2][name], "w2/motion") for s in SEEDS],
         )
     add(
-        "SPGP-100, not smoothed, another wearing",
+        "SPGP-100, not smoothed, another donning",
         [noisy(s)[0].errors(noisy(s)[1], "w2/motion") for s in SEEDS],
     )
     for name in ("SPGP-100", "FK only"):
-        again = f"{name}, worn again"
+        again = f"{name}, donned again"
         add(
-            f"{again}, another wearing",
+            f"{again}, another donning",
             [world(s)[0].errors(world(s)[2][again], "w2/motion") for s in SEEDS],
         )
     left_out, adapted = [], []
@@ -522,7 +522,7 @@ def elsewhere():
             left_out.append(person.errors(made, "w2/motion"))
             adapted.append(person.errors(person.again(made), "w2/motion"))
     add("FK samples of two others, another subject", left_out)
-    add("FK samples of two others, worn again, another subject", adapted)
+    add("FK samples of two others, donned again, another subject", adapted)
     return rows
 
 
@@ -534,7 +534,7 @@ def variance():
         "free movement": ["w2/motion"],
     }
     for name in (
-        "LMC-GPR", "SPGP-100", "SPGP-100, worn again", "FK only", "with markers",
+        "LMC-GPR", "SPGP-100", "SPGP-100, donned again", "FK only", "with markers",
     ):  # fmt: skip
         for what, takes in tests.items():
             every = [world(s)[0].z(world(s)[2][name], takes) for s in SEEDS]
@@ -581,7 +581,7 @@ def rows():
             figure_13()
         ),
         "Figure 14: pseudo-inputs": figure_14(),
-        "Other wearings and other people": elsewhere(),
+        "Other donnings and other people": elsewhere(),
         "Variance: share of the truth within": variance(),
         "Gloves that ship": gloves(),
     }

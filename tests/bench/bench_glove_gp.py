@@ -4,7 +4,7 @@
 
 Simulated glove of 18 sensors. "Table 2": abduction between index and middle finger from
 its sensor and the flexion sensors beside it, samples of widgets and touching in one
-wearing; predicted 267 frames of free movement in another. Rotations in degrees, so that
+donning; predicted 267 frames of free movement in another. Rotations in degrees, so that
 NLML and noise read like the paper's (mean and standard deviation over gloves and
 persons). Samples are 2000 of a full run. "Peers": the same samples of one of them, zero
 mean and squared exponential for scikit-learn, whose linear kernel is of another form;

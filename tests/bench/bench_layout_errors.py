@@ -121,7 +121,7 @@ def prior_of(name):
 
 @cache
 def layout_of(motion, markers, method="anneal", seed=0):
-    """The model that wears a layout."""
+    """The model with a layout's markers."""
     held = learn(motion_of(motion), TREE.hinges, share=SHARE)
     dimensions = min(len(held.deviations), 2 * markers - 2)
     settings = LayoutConfig(

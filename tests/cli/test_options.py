@@ -10,6 +10,7 @@ from takes import take_batch
 
 from handclean.cli import options
 from handclean.errors import UsageError
+from handclean.simulation.settings import SimulateConfig
 
 from . import program
 
@@ -194,3 +195,19 @@ def test_an_output_has_a_name(call, place, wrong):
     said = " ".join(call("a.c3d", "-o", place).split())
     assert "Invalid value for '-o' / '--output'" in said
     assert wrong in said
+
+
+def test_the_option_of_a_former_name_is_understood_and_hidden():
+    @click.command()
+    @options.config_path
+    @options.settings("simulate", SimulateConfig, prefix="glove")
+    def command(settings):
+        click.echo(settings.donnings)
+
+    def call(*arguments):
+        return CliRunner().invoke(command, arguments).output
+
+    assert call("--glove-wearings", "5") == call("--glove-donnings", "5") == "5\n"
+    assert call() == "2\n"
+    assert "--glove-donnings" in call("--help")
+    assert "wearings" not in call("--help")

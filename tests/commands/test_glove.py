@@ -71,7 +71,7 @@ def apply(output, path, calibration, settings=APPLYING, **given):
 
 @pytest.fixture(scope="module")
 def session():
-    return simulate_glove(SimulateConfig(seed=1, wearings=2), 0, key_poses())
+    return simulate_glove(SimulateConfig(seed=1, donnings=2), 0, key_poses())
 
 
 @pytest.fixture(scope="module")
@@ -578,7 +578,7 @@ def test_a_damaged_calibration_is_refused(folder, calibration):
 
 
 def test_a_simulated_session_is_written_with_its_truth(tmp_path):
-    config = SimulateConfig(glove="generic5", wearings=1)
+    config = SimulateConfig(glove="generic5", donnings=1)
     settings = Simulating(scenario="glove", kind="glove", simulate=config)
     (task,) = simulating.tasks(settings, tmp_path)
     report = execute(Work(command=COMMANDS["simulate"], settings=settings), task)

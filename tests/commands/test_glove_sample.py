@@ -311,7 +311,7 @@ def test_inspect_tells_of_samples_and_calibrations(folder, glove):
         "pose fist (pose-fist-2.csv)": 60,
     }
     assert about.figures["kinds"] == {"fk": 120, "ik": 0}
-    assert "worn by S01, 120 FK samples, 2 recordings, 17 of 17 rotations" in about.line
+    assert "on S01, 120 FK samples, 2 recordings, 17 of 17 rotations" in about.line
     assert about.line.endswith("made by calibrate-glove sample")
     quick = GloveFitConfig(model="linear")
     first, again = folder / "first.h5", folder / "again.h5"
@@ -329,7 +329,7 @@ def test_inspect_tells_of_samples_and_calibrations(folder, glove):
     assert report.status == "done", report.error
     about = look(again)
     assert about.figures["worn_again"]
-    assert "worn again" in about.line
+    assert "for another donning" in about.line
 
 
 def test_inspect_tells_what_it_can_of_damaged_samples(folder):

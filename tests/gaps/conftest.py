@@ -13,7 +13,7 @@ RATE = 100.0
 
 
 class Scenes:
-    """Takes of the template hand wearing schroeder17."""
+    """Takes of the template hand with schroeder17's markers."""
 
     rate = RATE
 

@@ -53,7 +53,7 @@ def errors(calibration, rng, change):
     return np.degrees(np.abs(mean - truth[:, OWN]))
 
 
-def test_samples_of_a_new_wearing_undo_what_changed(made, rng):
+def test_samples_of_a_new_donning_undo_what_changed(made, rng):
     change = changed(rng)
     found = adapt_to_donning(made, some(rng, change, 8))
     before, after = (errors(c, rng, change) for c in (made, found.calibration))

@@ -19,7 +19,7 @@ NOISE = 3e-4
 
 
 def seen_of(rng, name, frames=60):
-    """A template, and (T, M, 3) of the markers of somebody wearing its set."""
+    """A template, and (T, M, 3) of the markers of somebody with its set."""
     markers = load_marker_set(name)
     model = true_hand(rng, markers, markers.side, 1.0)
     poses = exercise(rng, model.tree, frames, 50.0)

@@ -113,7 +113,7 @@ def test_flexion_stretches_abduction_sensors():
     assert change[names.index("T_IP")] < 0.12
 
 
-def test_another_wearing_reads_a_little_differently(session):
+def test_another_donning_reads_a_little_differently(session):
     one = by_name(session)["w1/pose-flat-1"].readings.mean(axis=0)
     two = by_name(session)["w2/pose-flat-1"].readings.mean(axis=0)
     assert 0.1 < np.abs(one - two).mean() < 8.0
@@ -121,7 +121,7 @@ def test_another_wearing_reads_a_little_differently(session):
 
 @pytest.mark.parametrize("glove", GLOVES)
 def test_every_glove_can_be_worn(glove):
-    made = simulate_glove(SimulateConfig(glove=glove, wearings=1), 0, key_poses())
+    made = simulate_glove(SimulateConfig(glove=glove, donnings=1), 0, key_poses())
     assert made.takes[0].readings.shape[1] == len(GLOVES[glove])
     for take in made.takes:
         if take.moved:

@@ -98,7 +98,7 @@ def in_words(figures: Mapping[str, Any]) -> list[str]:
     """Say what is in such a file, a part at a time."""
     words = [figures["glove"]]
     if figures["wearer"]:
-        words.append(f"worn by {figures['wearer']}")
+        words.append(f"on {figures['wearer']}")
     rotations = (
         f"{len(figures['rotations'])} of {figures['rotations_measured']} rotations"
     )
@@ -107,7 +107,8 @@ def in_words(figures: Mapping[str, Any]) -> list[str]:
         words.append(f"{figures['model']} from {samples} samples")
         words.append(rotations)
         if figures["worn_again"]:
-            words.append(f"worn again, {figures['doubt_deg']:.1f} degrees in doubt")
+            doubt = f"{figures['doubt_deg']:.1f} degrees in doubt"
+            words.append(f"for another donning, {doubt}")
         return words
     words.append(_counted(figures["kinds"]))
     count = len(figures["recordings"])

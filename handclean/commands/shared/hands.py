@@ -55,7 +55,7 @@ def _check(told: TakeOptions, prior: Path | None, *, marked: bool, least: int) -
         labels = markers.labels
         if marked:
             _expect_enough(f"--marker-set {told.marker_set}", len(labels), least)
-            _expect_worn(told.marker_set, found)
+            _expect_marker_set(told.marker_set, found)
         if marked and not found and told.side != "both":
             _on_nobody(markers, told.side)
     if prior is not None:
@@ -86,7 +86,7 @@ def named(
 ) -> Mapping[str, tuple[Subject, Path | None]]:
     """Subjects and their files by the name of skeleton and motion: "right", "right_2".
 
-    Without a subject file the template hand wears the marker set.
+    Without a subject file it is the template hand with the marker set.
 
     Parameters
     ----------
@@ -168,20 +168,20 @@ def _expect_enough(where: Where, count: int, least: int) -> None:
         )
 
 
-def _expect_worn(name: str, found: Sequence[tuple[Path, Subject]]) -> None:
-    """Expect subjects to wear a marker set; their own places hold in any case.
+def _expect_marker_set(name: str, found: Sequence[tuple[Path, Subject]]) -> None:
+    """Expect subjects to have a marker set; their own places hold in any case.
 
     Raises
     ------
     UsageError
-        If one wears another.
+        If one has another.
     """
     wanted = load_marker_set(name).name
     for path, subject in found:
         if subject.marker_set != wanted:
-            worn = subject.marker_set or "markers of its own"
+            own = subject.marker_set or "markers of its own"
             raise UsageError(
-                f"--marker-set {name}: {path} wears {worn}; a subject knows its "
+                f"--marker-set {name}: {path} has {own}; a subject knows its "
                 "markers: leave --marker-set out, or --subject"
             )
 

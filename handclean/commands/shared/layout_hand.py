@@ -15,7 +15,7 @@ from handclean.tree import JointTree
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wearer:
+class LayoutHand:
     """A hand with its skin, and whose it is."""
 
     name: str
@@ -23,9 +23,9 @@ class Wearer:
     surface: Surface
 
 
-def wearer(
+def hand_of_layout(
     source: Source, sides: Sequence[str] = (), *, forearm: bool = False
-) -> Wearer:
+) -> LayoutHand:
     """Return the subject's hand, or the template's of the side that moves most often.
 
     Parameters
@@ -47,7 +47,7 @@ def wearer(
         side = side or (max(known, key=known.__getitem__) if known else "right")
         tree = template(side, forearm=forearm)
         surface = template_surface(tree)
-        return Wearer(name="template hand", tree=tree, surface=surface)
+        return LayoutHand(name="template hand", tree=tree, surface=surface)
     (path,) = told.subjects
     subject = read_subject(path)
     tree = subject.model.tree
@@ -56,4 +56,4 @@ def wearer(
     if side and tree.side != side:
         raise UsageError(f"--side {side}: the subject is a {tree.side} hand")
     skin = subject.surface if subject.surface is not None else template_surface(tree)
-    return Wearer(name=subject.name or path.stem, tree=tree, surface=skin)
+    return LayoutHand(name=subject.name or path.stem, tree=tree, surface=skin)

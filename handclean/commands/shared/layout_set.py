@@ -8,7 +8,7 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.commands.shared.choices import LayingOut
-from handclean.commands.shared.layout_hand import Wearer
+from handclean.commands.shared.layout_hand import LayoutHand
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.surface import vertex_normals
@@ -48,20 +48,20 @@ def labels_of(bones: Sequence[str], side: str) -> tuple[str, ...]:
 def marker_set_of(
     found: Layout,
     problem: Problem,
-    worn: Wearer,
+    hand: LayoutHand,
     given: MarkerSet | None,
     settings: LayingOut,
     source: str,
 ) -> MarkerSet:
     """The layout as a marker set; ``name`` is left to the file if nobody gave one."""
-    tree, model = worn.tree, problem.model
+    tree, model = hand.tree, problem.model
     if given is not None:
         labels = found.labels
         at = given.at[found.chosen]
     else:
         labels = labels_of(found.bones, tree.side)
         vertices = np.array([int(label) for label in found.labels])
-        normals = vertex_normals(worn.surface.vertices, worn.surface.faces)
+        normals = vertex_normals(hand.surface.vertices, hand.surface.faces)
         lifted = 0.5e-3 * settings.marker_mm * normals[vertices]
         at = _at_rest(tree, found.bones, model.at[found.chosen] + lifted)
     return MarkerSet(
@@ -85,10 +85,10 @@ def _at_rest(tree: JointTree, bones: Sequence[str], at: Floats) -> Floats:
 
 
 def writers_of(
-    markers: MarkerSet, found: Layout, worn: Wearer, settings: LayingOut
+    markers: MarkerSet, found: Layout, hand: LayoutHand, settings: LayingOut
 ) -> tuple[Any, ...]:
     """Return what writes the marker set, and what is wanted beside it."""
-    tree, surface = worn.tree, worn.surface
+    tree, surface = hand.tree, hand.surface
     radius = max(0.5e-3 * settings.marker_mm, 0.5e-3)
     model: Model = markers.on(tree)
     remarks = (
@@ -105,6 +105,6 @@ def writers_of(
             write_hand(path, tree, with_beads(surface, model, radius))
         else:
             title = markers.name or "Reduced marker layout"
-            write_sheet(path, model, surface, radius, title=title, source=worn.name)
+            write_sheet(path, model, surface, radius, title=title, source=hand.name)
 
     return (write_set, *[write_beside for _ in settings.beside])

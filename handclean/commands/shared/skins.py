@@ -1,4 +1,4 @@
-"""Whose skins the hands of a solved take wear where a format shows them."""
+"""Which skins a format that shows hands gives those of a solved take."""
 
 from collections.abc import Mapping
 
@@ -21,7 +21,7 @@ _LEAST_BONE_M = 0.01
 """[m] joints nearer to each other tell nothing of a hand's size (chosen)."""
 
 
-def worn(
+def skins_of(
     source: Source, recording: Recording
 ) -> tuple[dict[str, Surface], tuple[Remark, ...]]:
     """Return skins by the name of the motion, and remarks on their owners.

@@ -106,7 +106,7 @@ def test_a_missing_marker_set_is_found_before_a_calibration_reads_anything(tmp_p
 
 
 def a_subject(name, markers=slice(None), side=None):
-    """Write a template subject that wears some of han19."""
+    """Write a template subject with some markers of han19."""
     subject = template_subject(load_marker_set("han19"), side or "")
     model = subject.model
     model = replace(
@@ -176,7 +176,7 @@ def test_a_marker_set_that_the_subject_does_not_wear_is_wrong_usage(
         if is_worn:
             assert many.run(work, given) == 1  # there is no such file
         else:
-            with pytest.raises(UsageError, match=r"S\.h5 wears han19; a subject knows"):
+            with pytest.raises(UsageError, match=r"S\.h5 has han19; a subject knows"):
                 many.run(work, given)
 
 
