@@ -5,7 +5,7 @@ absent. Missing samples are NaN. Nothing here knows a file format.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import IntEnum
 from importlib import import_module
 from typing import Any
@@ -87,7 +87,13 @@ class Trajectories:
 def trajectories(
     positions: Floats, labels: tuple[str, ...], **parts: Any
 ) -> Trajectories:
-    """Make trajectories whose finite samples count as measured."""
+    """Make trajectories whose finite samples count as measured.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) [m], NaN where missing; labels : M marker names.
+    **parts : of `Trajectories`; those given are taken as they are.
+    """
     seen = np.isfinite(positions).all(axis=2)
     parts.setdefault("origin", seen.astype(np.uint8))
     parts.setdefault("model", ("",) * len(labels))
@@ -204,7 +210,14 @@ class Motion:
 
 
 def motion_from_poses(names: tuple[str, ...], poses: Floats, **parts: Any) -> Motion:
-    """Split (T, 7 + D) pose rows into a motion."""
+    """Split pose rows into a motion.
+
+    Parameters
+    ----------
+    names : of the D hinges.
+    poses : (T, 7 + D) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+    **parts : of `Motion`.
+    """
     return Motion(
         names=names,
         translation=poses[:, :3].copy(),
@@ -358,62 +371,14 @@ class Recording:
 
 
 def frame_slices(frame: Ints32, frames: int) -> Ints:
-    """(frames + 1,) where each frame's rows begin in a list sorted by frame."""
-    return np.searchsorted(frame, np.arange(frames + 1)).astype(np.int64)
+    """Find where each frame's rows begin in a list sorted by frame.
 
+    Parameters
+    ----------
+    frame : (P,) rows of the take, rising; frames : T.
 
-def only_finite(recording: Recording) -> Recording:
-    """Return a take in which nothing that is no finite number counts as known.
-
-    What a place or an angle is that is infinite, or of which a part is missing, nobody
-    knows: it is NaN, its sample missing, its frame not trusted. Points without a place
-    are none. A take in which all is well is returned as it is.
+    Returns
+    -------
+    (T + 1,) rows of frame t are those from entry t up to entry t + 1
     """
-    parts: dict[str, Any] = {}
-    if recording.markers is not None:
-        parts["markers"] = _known_samples(recording.markers)
-    points = recording.unlabelled
-    if points is not None and not np.isfinite(points.positions).all():
-        kept = np.isfinite(points.positions).all(axis=1)
-        parts["unlabelled"] = replace(
-            points,
-            frame=points.frame[kept],
-            source=points.source[kept],
-            positions=points.positions[kept],
-            residual=None if points.residual is None else points.residual[kept],
-            cameras=None if points.cameras is None else points.cameras[kept],
-        )
-    motions = {name: _known_frames(m) for name, m in recording.motions.items()}
-    if any(motions[name] is not motion for name, motion in recording.motions.items()):
-        parts["motions"] = motions
-    if parts.get("markers") is recording.markers:
-        parts.pop("markers", None)
-    return replace(recording, **parts) if parts else recording
-
-
-_CLAIMS = (Origin.MEASURED, Origin.FILLED, Origin.SMOOTHED)
-
-
-def _known_samples(markers: Trajectories) -> Trajectories:
-    unknown = np.asarray(~np.isfinite(markers.positions).all(axis=2))
-    claimed = unknown & np.isin(markers.origin, _CLAIMS)
-    stray = unknown & ~np.isnan(markers.positions).all(axis=2)
-    if not (claimed.any() or stray.any()):
-        return markers
-    return replace(
-        markers,
-        positions=np.where(unknown[:, :, None], np.nan, markers.positions),
-        origin=np.where(claimed, Origin.MISSING, markers.origin).astype(np.uint8),
-    )
-
-
-def _known_frames(motion: Motion) -> Motion:
-    parts: dict[str, Any] = {}
-    for name in ("angles", "translation", "rotation"):
-        values = getattr(motion, name)
-        if values is not None and np.isinf(values).any():
-            parts[name] = np.where(np.isinf(values), np.nan, values)
-    unknown = ~np.isfinite(motion.poses).all(axis=1)
-    if motion.trusted is not None and (motion.trusted & unknown).any():
-        parts["trusted"] = motion.trusted & ~unknown
-    return replace(motion, **parts) if parts else motion
+    return np.searchsorted(frame, np.arange(frames + 1)).astype(np.int64)

@@ -187,6 +187,20 @@ def first_of(names: Sequence[str], most: int = 4) -> str:
     return ", ".join(names[:most]) + (", ..." if len(names) > most else "")
 
 
+def length_in_words(metres: float, digits: int = 2) -> str:
+    """Return a length for a text, in millimetres as far as they are plain numbers.
+
+    Examples
+    --------
+    >>> length_in_words(0.0123), length_in_words(0.123), length_in_words(0.123, 4)
+    ('12 mm', '0.12 m', '123 mm')
+    """
+    millimetres = f"{1e3 * metres:.{digits}g}"
+    if float(millimetres) < min(10**digits, 1000):
+        return f"{millimetres} mm"
+    return f"{metres:.{digits}g} m"
+
+
 def listed(names: Sequence[str], most: int = 6) -> str:
     """Return names for a text, and how many there are beyond so many.
 

@@ -31,7 +31,7 @@ WINGS = {
         {"shared"},
         {"c3d", "bvh", "hdf5", "mesh", "text"},
         {"gltf", "glove"},
-        {"keeps", "landmarks", "marker_sets", "oddities", "shapes", "takes"},
+        {"finite", "keeps", "landmarks", "marker_sets", "oddities", "shapes", "takes"},
         {"contents"},
         {"files"},
     ],

@@ -33,6 +33,12 @@ def clean_hand(
 ) -> StepResult:
     """Label, fill and solve the take of one hand in one pass.
 
+    Parameters
+    ----------
+    recording : the take, T frames.
+    hands : one subject and the posture prior.
+    labelling, filling, solving : settings of the three steps.
+
     Raises
     ------
     HandcleanError

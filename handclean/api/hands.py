@@ -36,7 +36,12 @@ class Hands:
 
 
 def names_of(subjects: Iterable[Subject]) -> tuple[str, ...]:
-    """Name subjects as their skeletons and motions are: "right", "right_2"."""
+    """Name subjects as their skeletons and motions are: "right", "right_2".
+
+    Returns
+    -------
+    one name for each subject, in their order
+    """
     names: list[str] = []
     for subject in subjects:
         name = subject.model.tree.side or subject.model.tree.kind

@@ -26,6 +26,12 @@ MIN_FOLLOWED_SHARE = 0.5
 def label_hand(recording: Recording, hands: Hands, settings: LabelConfig) -> StepResult:
     """Name every point of the take that is a marker of its one hand, and no other.
 
+    Parameters
+    ----------
+    recording : the take, T frames.
+    hands : one subject and the posture prior.
+    settings : of labelling.
+
     Raises
     ------
     HandcleanError

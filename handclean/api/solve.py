@@ -25,7 +25,7 @@ from handclean.ik.take import solve as solve_take
 from handclean.ik.wrong_side import expect_side
 from handclean.labels.checks.unit import markers_unit_hint
 from handclean.recording import Motion, Recording
-from handclean.remarks import Remark, remark
+from handclean.remarks import Remark, length_in_words, remark
 from handclean.tree import ROOT_DOFS
 
 MIN_MARKERS_OF_POSE = ROOT_DOFS // 2
@@ -40,6 +40,12 @@ def solve_hands(
     recording: Recording, hands: Hands, settings: SolveConfig
 ) -> StepResult:
     """Add the joint angles of every hand, or keep those that filling found.
+
+    Parameters
+    ----------
+    recording : the take, T frames, with labelled markers.
+    hands : subjects by the names of their motions, and the posture prior.
+    settings : of inverse kinematics.
 
     Raises
     ------
@@ -156,7 +162,7 @@ def expect_fits(recording: Recording, found: Mapping[str, Subject]) -> None:
         if wrong:
             raise HandcleanError(
                 f"no frame fits the hand of '{subject.name}' (residual "
-                f"{_length(usual)}); {wrong}",
+                f"{length_in_words(usual)}); {wrong}",
                 where=TAKE,
             )
 
@@ -177,10 +183,6 @@ def _least_span(model: Model, positions: Floats, seen: Bools) -> float:
     return min(
         (float(np.max(span)) for span in spans if np.max(span) > 0.0), default=np.inf
     )
-
-
-def _length(metres: float) -> str:
-    return f"{metres:.2g} m" if metres >= 0.095 else f"{1e3 * metres:.2g} mm"
 
 
 def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[Remark, ...]:

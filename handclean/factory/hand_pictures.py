@@ -19,7 +19,7 @@ from handclean.hand.template_surface import template_surface
 from handclean.report.drawing import drawn, looking, side_by_side, skin_colors
 from handclean.tree import POSE_HEAD, JointTree
 
-FIST = {
+FIST_DEG = {
     "mcp_flexion": 84.0,
     "pip_flexion": 100.0,
     "dip_flexion": 62.0,
@@ -28,25 +28,30 @@ FIST = {
     "thumb_mcp_flexion": 38.0,
     "thumb_ip_flexion": 48.0,
 }
-"""[degrees] hinges of a flexed fist, by name or by how their names end."""
+"""[degrees] hinges of a flexed fist, by name or by how their names end (chosen)."""
 
-_HAND = np.array([0.80, 0.80, 0.78])
-_FINGERS = {  # of the palette of Okabe and Ito, told apart by the colour-blind
+_HAND_COLOR = np.array([0.80, 0.80, 0.78])
+"""Colour (red, green, blue; 0 to 1) of the palm (chosen)."""
+
+_FINGER_COLORS = {
     "thumb": (0.84, 0.37, 0.00),
     "index": (0.90, 0.62, 0.00),
     "middle": (0.00, 0.62, 0.45),
     "ring": (0.00, 0.45, 0.70),
     "little": (0.80, 0.47, 0.65),
 }
-_SEGMENTS = (0.55, 0.0, 0.45)  # share of white in the colours along a finger
+"""The same of each finger (Okabe and Ito: told apart by the colour-blind)."""
+
+_WHITE_SHARES = (0.55, 0.0, 0.45)
+"""Share of white in the colours along a finger (chosen)."""
 
 
 def weight_colors(surface: Surface, tree: JointTree) -> Floats:
     """(V, 3) the bones' colours, mixed by the weights."""
-    palette = np.tile(_HAND, (len(tree.bones), 1))
-    for finger, color in _FINGERS.items():
+    palette = np.tile(_HAND_COLOR, (len(tree.bones), 1))
+    for finger, color in _FINGER_COLORS.items():
         own = [b for b, bone in enumerate(tree.bones) if bone.startswith(finger)]
-        for b, white in zip(own, _SEGMENTS, strict=True):
+        for b, white in zip(own, _WHITE_SHARES, strict=True):
             palette[b] = (1.0 - white) * np.array(color) + white
     out: Floats = np.einsum("vn,vnk->vk", surface.weights, palette[surface.bones])
     return out
@@ -66,7 +71,7 @@ def write_pictures(folder: Path) -> list[Path]:
     """Write the pictures of the template that ship, and say which files."""
     tree = template("right")
     skin = template_surface(tree)
-    fist = posed(skin, tree, pose_with(tree, FIST)[None])[0]
+    fist = posed(skin, tree, pose_with(tree, FIST_DEG)[None])[0]
     weights, colors = weight_colors(skin, tree), skin_colors(skin)
     rows = {
         "template.png": [

@@ -32,7 +32,9 @@ PRECISION = ("thumb_index", "thumb_2_finger")
 MANY_FINGERS = ("thumb_4_finger", "disk_precision", "sphere_precision")
 SMALL_POWER = ("small_diameter", "medium_wrap")
 
-_RADIUS_M, _PIXEL_M = 0.005, 0.00095  # [m]
+_RADIUS_M, _PIXEL_M = 0.005, 0.00095
+"""[m] radius of a marker that is drawn, and width of a pixel (chosen)."""
+
 _VIEW = looking(-12.0, 0.0)  # a little from the thumb, whose nail looks there
 
 _SIX = LayoutConfig(markers=6, share=0.95)

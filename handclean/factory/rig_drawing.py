@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.image import imsave
 
 from handclean.arrays import Bytes, Floats, Ints
-from handclean.factory.hand_pictures import FIST, pose_with, weight_colors
+from handclean.factory.hand_pictures import FIST_DEG, pose_with, weight_colors
 from handclean.hand.skinning import posed
 from handclean.hand.surface import Surface, edges_of
 from handclean.hand.template_surface import template_surface
@@ -14,9 +14,11 @@ from handclean.report.drawing import drawn, looking, side_by_side
 from handclean.tree import JointTree
 
 FIST_SHARES = (0.0, 0.5, 1.0)
-"""How much of a fist is made."""
+"""How much of a fist is made (chosen)."""
 
-_VIEW_DEG = (150.0, 20.0)  # [degrees] as of `looking`: the palm, from the thumb's side
+_VIEW_DEG = (150.0, 20.0)
+"""[degrees] as of `looking`: the palm, from the thumb's side (chosen)."""
+
 _PIXEL_M = 0.00085
 """[m] width of a pixel (chosen)."""
 
@@ -47,7 +49,7 @@ def write_rig_picture(path: Path, tree: JointTree, surface: Surface) -> None:
 
 
 def _one(skin: Surface, tree: JointTree, share: float) -> Bytes:
-    degrees = {hinge: share * angle for hinge, angle in FIST.items()}
+    degrees = {hinge: share * angle for hinge, angle in FIST_DEG.items()}
     if share == 0.0:
         degrees = dict.fromkeys(tree.hinges, 0.0)
     places = posed(skin, tree, pose_with(tree, degrees)[None])[0]

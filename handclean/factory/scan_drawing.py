@@ -9,7 +9,9 @@ from handclean.arrays import Bytes, Floats, Ints
 from handclean.hand.surface import Surface
 from handclean.report.drawing import drawn, looking, side_by_side, skin_colors
 
-_VIEWS_DEG = ((-20.0, 10.0), (160.0, 10.0))  # [degrees] as of `looking`: back and palm
+_VIEWS_DEG = ((-20.0, 10.0), (160.0, 10.0))
+"""[degrees] as of `looking`: back and palm (chosen)."""
+
 _PIXEL_M = 0.0009
 """[m] width of a pixel (chosen)."""
 

@@ -64,6 +64,16 @@ def fit_tasks(
 ) -> tuple[list[FitTask], tuple[Remark, ...]]:
     """List the fits of a calibration, and what should be known of them.
 
+    Parameters
+    ----------
+    samples : N readings with the rotations that are known of them.
+    seed : task k draws from ``seed + k``.
+
+    Returns
+    -------
+    a task for each rotation that is measured and known, and remarks on the others and
+    on rotations known at few angles
+
     Raises
     ------
     HandcleanError
@@ -188,6 +198,10 @@ def _even(samples: Samples, known: Ints, most: int) -> Ints:
 def run_task(task: FitTask) -> RotationFit:
     """Fit one rotation; the same task gives the same model in any process.
 
+    Returns
+    -------
+    the model with the scale and the floor [rad] of its errors, see `held_out`
+
     Raises
     ------
     HandcleanError
@@ -219,7 +233,13 @@ def assemble(
     settings: GloveFitConfig,
     fits: Sequence[RotationFit],
 ) -> Calibration:
-    """Put the models of all rotations together."""
+    """Put the models of all rotations together.
+
+    Parameters
+    ----------
+    samples : what they were fitted to.
+    fits : one for each rotation, in any order.
+    """
     low, high = (np.full(len(glove.sensors), np.nan) for _ in range(2))
     own = [glove.sensors.index(sensor) for sensor in glove.used]
     low[own] = samples.readings[:, own].min(axis=0)

@@ -98,9 +98,17 @@ class Calibration:
 def predict_measured(
     calibration: Calibration, readings: Floats
 ) -> tuple[Floats, Floats]:
-    """(T, R') [rad], [rad^2] mean and variance of measured rotations.
+    """Predict the rotations that are measured, by a calibration.
 
-    Those that are not calibrated stay at 0 with a variance of NaN.
+    Parameters
+    ----------
+    readings : (T, S) in the order of the glove's sensors.
+
+    Returns
+    -------
+    mean, variance : (T, R') [rad], [rad^2]
+        In the order of ``glove.measured``. Rotations that are not calibrated stay at 0
+        with a variance of NaN.
     """
     glove = calibration.glove
     donning = calibration.donning
@@ -122,11 +130,20 @@ def predict_measured(
 def to_hinges(
     glove: Glove, names: Sequence[str], mean: Floats, variance: Floats
 ) -> tuple[Floats, Floats]:
-    """(T, D) [rad] hinge angles and their sigma from measured rotations.
+    """Turn measured rotations into hinge angles.
 
     Rotations count as independent. One that follows others is in doubt as they are,
     and as people differ in how it follows. A hinge that nothing measures stays where
     the glove says, or at zero, and its sigma is NaN.
+
+    Parameters
+    ----------
+    names : of the D hinges that are wanted.
+    mean, variance : (T, R') [rad], [rad^2] in the order of ``glove.measured``.
+
+    Returns
+    -------
+    angles, sigma : (T, D) [rad]
     """
     factor, rest = glove.completion()
     follows = [r for r in glove.hand.rotations if glove.row(r).follows is not None]
@@ -148,14 +165,33 @@ def to_hinges(
 
 
 def sure(calibration: Calibration, variance: Floats, max_sigma: float) -> Bools:
-    """(T,) frames in which every calibrated rotation is sure enough [rad]."""
+    """Find the frames in which every calibrated rotation is sure enough.
+
+    Parameters
+    ----------
+    variance : (T, R') [rad^2] in the order of ``glove.measured``.
+    max_sigma : [rad]
+
+    Returns
+    -------
+    (T,)
+    """
     order = [row.rotation for row in calibration.glove.measured]
     own = [order.index(one.rotation) for one in calibration.fits]
     return np.asarray((variance[:, own] <= max_sigma**2).all(axis=1))
 
 
 def foreign(calibration: Calibration, readings: Floats) -> Bools:
-    """(T, S) whether a sensor reads what no sample came near."""
+    """Find readings that no sample came near.
+
+    Parameters
+    ----------
+    readings : (T, S) in the order of the glove's sensors.
+
+    Returns
+    -------
+    (T, S)
+    """
     readings = calibration.as_sampled(readings)
     size = calibration.high - calibration.low
     with np.errstate(invalid="ignore"):

@@ -109,7 +109,12 @@ def _expect(where: Where, name: str, angle: float, low: float, high: float) -> f
 
 
 def expect_measured(where: Where, glove: Glove, rotations: Floats) -> None:
-    """Expect a rotation (R,) that the glove measures among those known (not NaN).
+    """Expect a rotation that the glove measures among those known.
+
+    Parameters
+    ----------
+    where : what the error is about.
+    rotations : (R,) [rad] in the order of ``glove.hand``, NaN where not known.
 
     Raises
     ------

@@ -25,6 +25,10 @@ def shipped() -> tuple[str, ...]:
 def load_glove(name: str | Path) -> Glove:
     """Load a glove by its shipped name or from a TOML file.
 
+    Parameters
+    ----------
+    name : of a glove that ships, or a file; angles in it are degrees.
+
     Raises
     ------
     FileError, UnknownNameError
@@ -35,7 +39,11 @@ def load_glove(name: str | Path) -> Glove:
 
 
 def glove_from_text(path: Path, content: str) -> Glove:
-    """Make a glove of the text of its TOML file, which ``path`` holds.
+    """Make a glove of the text of its TOML file.
+
+    Parameters
+    ----------
+    path : of the file, for errors; content : its text.
 
     Raises
     ------
@@ -123,7 +131,7 @@ def _expect_plain_followers(rows: tuple[Table, ...], glove: Glove) -> None:
 
 
 def to_toml(glove: Glove) -> str:
-    """Write a glove as the text of its TOML file."""
+    """Write a glove as the text of its TOML file, which `glove_from_text` reads."""
     lines = [f"name = {quoted(glove.name)}", f"source = {quoted(glove.source)}"]
     lines += [f"hand = {quoted(glove.hand.name)}", f"sensors = {_list(glove.sensors)}"]
     if glove.unused:

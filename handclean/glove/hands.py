@@ -149,6 +149,10 @@ def _hinge_factors(row: Table) -> dict[str, float]:
 def fingertips(tree: JointTree) -> Model:
     """Return a hand with a marker ``FINGER_tip`` at the end of every finger.
 
+    Parameters
+    ----------
+    tree : of the hand; the last segments' lengths are `distal_length`.
+
     Raises
     ------
     HandcleanError

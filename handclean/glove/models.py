@@ -171,6 +171,10 @@ class Fitted:
 def from_arrays(kind: str, arrays: Mapping[str, Floats]) -> Fitted:
     """Make the model again that `Fitted.to_arrays` took apart.
 
+    Parameters
+    ----------
+    kind : of the model; arrays : by their names.
+
     Raises
     ------
     HandcleanError

@@ -14,7 +14,15 @@ SHIPPED = Path(__file__).parents[1] / "data" / "gloves" / "key_poses.toml"
 
 @cache
 def key_poses(path: Path = SHIPPED) -> Mapping[str, Mapping[str, float]]:
-    """Key poses of a file by name: hinge to angle [rad].
+    """Read the key poses of a file.
+
+    Parameters
+    ----------
+    path : of a TOML file with a table of hinges and degrees for each pose.
+
+    Returns
+    -------
+    by a pose's name, its hinges' angles [rad]
 
     Raises
     ------
@@ -37,6 +45,10 @@ def key_pose(name: str) -> Mapping[str, float]:
 
     `handclean.glove.claims.expect_pose` tells whether a hand can take it.
 
+    Returns
+    -------
+    its hinges' angles [rad]
+
     Raises
     ------
     FileError, UnknownNameError
@@ -50,6 +62,11 @@ def key_pose(name: str) -> Mapping[str, float]:
 
 
 def place_of(name: str) -> Where:
-    """Where a key pose is written, for errors about it."""
+    """Return where a key pose is written, for errors about it.
+
+    Parameters
+    ----------
+    name : as `key_pose` takes it.
+    """
     file, _, inside = name.rpartition(":")
     return Place(Path(file), f" [{inside}]") if file else f"--pose {inside}"

@@ -55,7 +55,17 @@ def columns(where: Where, glove: Glove, sensors: Sequence[str], count: int) -> I
 
 
 def arranged(values: Floats, places: Ints) -> Floats:
-    """(T, S) readings in the glove's order; NaN where a sensor is not in the file."""
+    """Put a file's columns into the order of a glove's sensors.
+
+    Parameters
+    ----------
+    values : (T, C) the file's columns.
+    places : (S,) the column of each sensor, -1 for none.
+
+    Returns
+    -------
+    (T, S) NaN where a sensor is not in the file
+    """
     out = np.full((len(values), len(places)), np.nan)
     there = places >= 0
     out[:, there] = values[:, places[there]]
@@ -63,7 +73,16 @@ def arranged(values: Floats, places: Ints) -> Floats:
 
 
 def saturated(glove: Glove, readings: Floats) -> Bools:
-    """(T, S) whether a reading is at an end of the converter."""
+    """Find readings at an end of the converter.
+
+    Parameters
+    ----------
+    readings : (T, S) in the order of the glove's sensors.
+
+    Returns
+    -------
+    (T, S); no reading is, if the glove does not say the ends
+    """
     if glove.limits is None:
         return np.zeros(readings.shape, dtype=bool)
     low, high = glove.limits
@@ -71,14 +90,34 @@ def saturated(glove: Glove, readings: Floats) -> Bools:
 
 
 def usable(glove: Glove, readings: Floats) -> Bools:
-    """(T,) frames whose sensors all read something, none of them saturated."""
+    """Find the frames whose sensors all read something, none of them saturated.
+
+    Parameters
+    ----------
+    readings : (T, S) in the order of the glove's sensors.
+
+    Returns
+    -------
+    (T,)
+    """
     own = [glove.sensors.index(sensor) for sensor in glove.used]
     good = np.isfinite(readings[:, own]) & ~saturated(glove, readings[:, own])
     return np.asarray(good.all(axis=1))
 
 
 def smooth(glove: Glove, times: Floats, readings: Floats, cutoff_hz: float) -> Floats:
-    """(T, S) readings without their noise; saturated ones neither are nor tell."""
+    """Smooth readings; saturated ones stay as they are and tell nothing of others.
+
+    Parameters
+    ----------
+    times : (T,) [s]
+    readings : (T, S) in the order of the glove's sensors.
+    cutoff_hz : [Hz] what is faster goes; 0 for readings as they are.
+
+    Returns
+    -------
+    (T, S)
+    """
     return smoothed(times, readings, cutoff_hz, partial(saturated, glove))
 
 
@@ -153,7 +192,13 @@ class Watch:
 
 
 def remarks(glove: Glove, readings: Floats, moving: bool = True) -> tuple[Remark, ...]:
-    """Remark on what is odd about (T, S) readings, see `Watch.remarks`."""
+    """Remark on what is odd about readings, see `Watch.remarks`.
+
+    Parameters
+    ----------
+    readings : (T, S) in the order of the glove's sensors.
+    moving : whether the hand moves in them.
+    """
     watch = Watch(glove)
     watch.see(readings)
     return watch.remarks(moving)
@@ -165,14 +210,26 @@ def _names(glove: Glove, which: Bools) -> str:
 
 
 def rescaled(glove: Glove, readings: Floats) -> Floats:
-    """(T, R') [rad] measured rotations by linear rescaling to the active range.
+    """Rescale readings linearly to the active range: what the paper calls raw.
 
-    What the paper calls raw: the reading at one end of the range is one end's angle.
+    The reading at one end of a rotation's range is taken for the angle of that end.
+
+    Parameters
+    ----------
+    readings : (T, S) in the order of the glove's sensors.
+
+    Returns
+    -------
+    (T, R') [rad] in the order of ``glove.measured``
 
     Raises
     ------
     FileError
         If the glove does not say which readings those are.
+
+    References
+    ----------
+    Wang & Neff (2013).
     """
     out = np.zeros((len(readings), len(glove.measured)))
     sensors = dict.fromkeys(row.measured_by for row in glove.measured)

@@ -72,7 +72,16 @@ def make_samples(
     about: str,
     subject: str = "",
 ) -> Samples:
-    """Make samples of readings with known rotations (N, R), without unusable ones."""
+    """Make samples of readings with known rotations, without those that are unusable.
+
+    Parameters
+    ----------
+    readings : (N, S) in the order of the glove's sensors.
+    targets : (N, R) [rad] in the order of ``glove.hand``, NaN where not known.
+    kind : `FK` or `IK`.
+    about : the recording's name.
+    subject : whose hand it was; "" if not known.
+    """
     count = len(readings)
     every = Samples(
         glove=glove.name,
@@ -90,7 +99,16 @@ def make_samples(
 
 
 def spread(count: int, most: int) -> Ints:
-    """Return at most so many of ``count`` rows, evenly spread."""
+    """Choose some of ``count`` rows, evenly spread.
+
+    Parameters
+    ----------
+    most : how many, at most; 0 for all.
+
+    Returns
+    -------
+    their numbers, rising
+    """
     if most <= 0 or count <= most:
         return np.arange(count)
     return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
@@ -99,10 +117,14 @@ def spread(count: int, most: int) -> Ints:
 def merged(parts: Sequence[Samples]) -> Samples:
     """Put samples of one glove together.
 
+    Parameters
+    ----------
+    parts : one or more.
+
     Raises
     ------
     HandcleanError
-        If they are of different gloves.
+        If they are of different gloves, or of hands with different rotations.
     """
     first = parts[0]
     for part in parts[1:]:
@@ -131,7 +153,16 @@ def merged(parts: Sequence[Samples]) -> Samples:
 
 
 def of_hinges(hand: GloveHand, names: Sequence[str], angles: Floats) -> Floats:
-    """(N, R) [rad] rotations of (N, D) hinge angles; NaN where a hinge is missing."""
+    """Turn hinge angles into a glove's rotations.
+
+    Parameters
+    ----------
+    names : of the D hinges; angles : (N, D) [rad].
+
+    Returns
+    -------
+    (N, R) [rad] in the order of ``hand``; NaN where a hinge is missing
+    """
     matrix = hand.from_hinges(names)
     known = np.isfinite(matrix).all(axis=1)
     out = np.full((len(angles), len(matrix)), np.nan)
@@ -140,15 +171,33 @@ def of_hinges(hand: GloveHand, names: Sequence[str], angles: Floats) -> Floats:
 
 
 def of_pose(hand: GloveHand, pose: Mapping[str, float], count: int) -> Floats:
-    """(N, R) [rad] the rotations of a key pose; hinges it does not list are unknown."""
+    """Turn a key pose into a glove's rotations.
+
+    Parameters
+    ----------
+    pose : hinges' angles [rad]; those it does not list are unknown.
+    count : how many rows to make, N.
+
+    Returns
+    -------
+    (N, R) [rad] in the order of ``hand``, NaN where not known
+    """
     names = list(pose)
     return of_hinges(hand, names, np.tile([pose[name] for name in names], (count, 1)))
 
 
 def of_hold(glove: Glove, holds: Mapping[str, float], count: int) -> Floats:
-    """(N, R) [rad] rotations that widgets hold, by their name or their sensor's.
+    """Turn what widgets hold into a glove's rotations.
 
-    A sensor that measures two names neither.
+    Parameters
+    ----------
+    holds : angles [rad] by a rotation's name or its sensor's; a sensor that measures
+        two rotations names neither.
+    count : how many rows to make, N.
+
+    Returns
+    -------
+    (N, R) [rad] in the order of ``glove.hand``, NaN where not held
 
     Raises
     ------

@@ -62,7 +62,16 @@ class Touch:
 
 
 def start_sigma(glove: Glove) -> Floats:
-    """(R',) [rad] how far off the rescaled readings are taken to be."""
+    """Return how far off rescaled readings are taken to be where touching starts.
+
+    Returns
+    -------
+    (R',) [rad] in the order of ``glove.measured``
+
+    References
+    ----------
+    Wang & Neff (2013), section 5.2.3.
+    """
     return np.array(
         [
             ONE_SENSOR_SD_RAD if row.kind == "1S1R" else SEVERAL_SENSORS_SD_RAD

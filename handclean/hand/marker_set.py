@@ -32,7 +32,10 @@ _MARKER_KEYS = {"label", "bone", "at", "vertex", "lift"}
 _LEAST_MEDIAN_MM = {"hand": 4.0, "rigid": 1.0}
 """[mm] half of a set's markers are farther from the joints of their bones (chosen)."""
 
-_MOST_MM = {"hand": 300.0, "forearm": 400.0}
+_MOST_PLACE_MM = {"hand": 300.0, "forearm": 400.0}
+"""[mm] no marker of the hand's bone, or the forearm's, is farther from its joint
+(chosen)."""
+
 _MOST_FINGER_MM = 100.0
 """[mm] no marker is farther from its bone's joint, on a rod either (chosen)."""
 
@@ -92,6 +95,10 @@ def shipped() -> tuple[str, ...]:
 
 def load_marker_set(name: str | Path) -> MarkerSet:
     """Load a marker set by its shipped name or from a TOML file.
+
+    Parameters
+    ----------
+    name : of a set that ships, or a file.
 
     Raises
     ------
@@ -160,7 +167,7 @@ def _expect_millimetres(
     if kind != "hand":
         return
     for label, bone, far in zip(labels, bones, away.tolist(), strict=True):
-        most = _MOST_MM.get(bone, _MOST_FINGER_MM)
+        most = _MOST_PLACE_MM.get(bone, _MOST_FINGER_MM)
         if far > most:
             raise FileError(
                 path,

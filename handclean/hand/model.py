@@ -97,7 +97,12 @@ def workspace(links: Links) -> tuple[Floats, Floats, Floats]:
 
 
 def neutral_pose(tree: JointTree) -> Floats:
-    """(7 + D,) the zero posture at the laboratory's origin, unturned."""
+    """Return the pose of the zero posture at the laboratory's origin, unturned.
+
+    Returns
+    -------
+    (7 + D,) place [m], unit quaternion w, x, y, z, hinge angles [rad]
+    """
     pose = np.zeros(POSE_HEAD + len(tree.hinges))
     pose[3] = 1.0
     return pose
@@ -113,18 +118,61 @@ def _places(links: Links, link: Ints, at: Floats, poses: Floats) -> Floats:
 
 
 def marker_positions(model: Model, poses: Floats) -> Floats:
-    """(T, M, 3) [m] where the markers are in each of (T, 7 + D) poses."""
+    """Compute where the markers are in each pose.
+
+    Parameters
+    ----------
+    model : the hand with its M markers.
+    poses : (T, 7 + D) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+
+    Returns
+    -------
+    (T, M, 3) [m] in the laboratory's frame
+
+    Raises
+    ------
+    ShapeError
+        If the poses do not fit the tree.
+    """
     return _places(model.links, model.link, model.link_at, poses)
 
 
 def joint_positions(tree: JointTree, poses: Floats) -> Floats:
-    """(T, B, 3) [m] where the joints are in each of (T, 7 + D) poses."""
+    """Compute where the joints are in each pose.
+
+    Parameters
+    ----------
+    poses : (T, 7 + D) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+
+    Returns
+    -------
+    (T, B, 3) [m] in the laboratory's frame, in the order of the tree's bones
+
+    Raises
+    ------
+    ShapeError
+        If the poses do not fit the tree.
+    """
     links = links_of(tree)
     return _places(links, links.bone_link, links.bone_at, poses)
 
 
 def bone_rotations(tree: JointTree, poses: Floats) -> Floats:
-    """(T, B, 3, 3) orientation of each bone in each of (T, 7 + D) poses."""
+    """Compute how the bones are turned in each pose.
+
+    Parameters
+    ----------
+    poses : (T, 7 + D) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+
+    Returns
+    -------
+    (T, B, 3, 3) laboratory from bone; columns are the bone's axes
+
+    Raises
+    ------
+    ShapeError
+        If the poses do not fit the tree.
+    """
     links = links_of(tree)
     size = len(tree.bones)
     link = np.repeat(links.bone_link, 4)
@@ -135,10 +183,17 @@ def bone_rotations(tree: JointTree, poses: Floats) -> Floats:
 
 
 def jacobian(model: Model, pose: Floats) -> Floats:
-    """(M, 3, 6 + D) [1, m/rad] derivative of the markers at one pose.
+    """Compute the derivative of the markers' places at one pose.
 
-    Columns: translation, rotation about the laboratory's axes through the root's
-    origin (the pose's rotation becomes exp(omega) times itself), hinge angles.
+    Parameters
+    ----------
+    pose : (7 + D,) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+
+    Returns
+    -------
+    (M, 3, 6 + D) [1, m/rad]
+        Columns: translation, rotation about the laboratory's axes through the root's
+        origin (the pose's rotation becomes exp(omega) times itself), hinge angles.
     """
     links = model.links
     turn, origin, column = workspace(links)
@@ -153,7 +208,19 @@ def jacobian(model: Model, pose: Floats) -> Floats:
 
 
 def moved(pose: Floats, step: Floats) -> Floats:
-    """Return a pose moved by a step (6 + D,): the counterpart of `jacobian`."""
+    """Move a pose by a step: the counterpart of `jacobian`.
+
+    Parameters
+    ----------
+    pose : (7 + D,) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+    step : (6 + D,) translation [m], rotation vector about the laboratory's axes [rad],
+        hinge angles [rad].
+
+    Raises
+    ------
+    ShapeError
+        If the step does not fit the pose.
+    """
     expect_shape("step", step, len(pose) - 1)
     after = pose.copy()
     after[:3] += step[:3]

@@ -21,6 +21,14 @@ def with_pronation(tree: JointTree) -> JointTree:
     """Return the hand with pronation as the last hinge of the thumb's first joint.
 
     A tree that has it already is returned as it is.
+
+    Parameters
+    ----------
+    tree : of a hand.
+
+    References
+    ----------
+    Wang & Neff (2013), section 3.2.
     """
     if PRONATION in tree.hinges:
         return tree

@@ -85,6 +85,14 @@ def rigid_subject(marker_set: MarkerSet, side: str = "") -> Subject:
 def load_skeleton(path: Path | str) -> Subject:
     """Load a joint tree, and the markers on it, from a TOML file.
 
+    Parameters
+    ----------
+    path : of the file; places in it are millimetres, angles degrees.
+
+    Returns
+    -------
+    a subject, in metres and radians, whose ``marker_sigma`` (M,) is NaN
+
     Raises
     ------
     FileError, UnknownNameError

@@ -88,7 +88,17 @@ def _check(surface: Surface, tree: JointTree) -> None:
 
 
 def posed(surface: Surface, tree: JointTree, poses: Floats) -> Floats:
-    """(T, V, 3) [m] where the vertices are in each of (T, 7 + D) poses.
+    """Compute where the vertices are in each pose, by linear blend skinning.
+
+    Parameters
+    ----------
+    surface : the skin with its V vertices, in the zero posture.
+    tree : its joints.
+    poses : (T, 7 + D) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+
+    Returns
+    -------
+    (T, V, 3) [m] in the laboratory's frame
 
     Raises
     ------
@@ -180,7 +190,17 @@ def around(surface: Surface, on: OnSkin) -> tuple[Surface, OnSkin]:
 
 
 def lifted(vertices: Floats, faces: Ints, on: OnSkin) -> Floats:
-    """(M, 3) [m] where markers are on a mesh of these (V, 3) [m] vertices."""
+    """Compute where markers are on a mesh.
+
+    Parameters
+    ----------
+    vertices : (V, 3) [m]; faces : (F, 3) of the mesh.
+    on : where the M markers sit on it.
+
+    Returns
+    -------
+    (M, 3) [m]
+    """
     out: Floats = _lifted(vertices[None], faces, on)[0]
     return out
 
@@ -201,7 +221,23 @@ def _lifted(vertices: Floats, faces: Ints, on: OnSkin) -> Floats:
 
 
 def skin_places(surface: Surface, tree: JointTree, on: OnSkin, poses: Floats) -> Floats:
-    """(T, M, 3) [m] where markers on the skin are in each of (T, 7 + D) poses."""
+    """Compute where markers on the skin are in each pose.
+
+    Parameters
+    ----------
+    surface : the skin, in the zero posture; tree : its joints.
+    on : where the M markers sit on it.
+    poses : (T, 7 + D) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+
+    Returns
+    -------
+    (T, M, 3) [m] in the laboratory's frame
+
+    Raises
+    ------
+    HandcleanError
+        If the tree lacks a bone that moves one of the vertices.
+    """
     part, on = around(surface, on)
     return _lifted(posed(part, tree, poses), part.faces, on)
 
@@ -209,9 +245,23 @@ def skin_places(surface: Surface, tree: JointTree, on: OnSkin, poses: Floats) ->
 def skin_jacobian(
     surface: Surface, tree: JointTree, on: OnSkin, pose: Floats
 ) -> Floats:
-    """(M, 3, 6 + D) [1, m/rad] derivative of markers on the skin at one pose.
+    """Compute the derivative of places of markers on the skin at one pose.
 
-    Columns as in `model.jacobian`: the counterpart of `model.moved`.
+    Parameters
+    ----------
+    surface : the skin, in the zero posture; tree : its joints.
+    on : where the M markers sit on it.
+    pose : (7 + D,) place [m], unit quaternion w, x, y, z, hinge angles [rad].
+
+    Returns
+    -------
+    (M, 3, 6 + D) [1, m/rad]
+        Columns as in `handclean.hand.model.jacobian`.
+
+    Raises
+    ------
+    HandcleanError
+        If the tree lacks a bone that moves one of the vertices.
     """
     part, on = around(surface, on)
     faces, share = np.ascontiguousarray(part.faces), np.ascontiguousarray(on.share)

@@ -9,7 +9,7 @@ from handclean.arrays import Floats
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model
 from handclean.hand.surface import Surface
-from handclean.hand.template import HAND_BREADTH, HAND_LENGTH, template
+from handclean.hand.template import HAND_BREADTH_M, HAND_LENGTH_M, template
 from handclean.remarks import Remark
 
 
@@ -45,10 +45,21 @@ class Subject:
 def template_subject(
     marker_set: MarkerSet,
     side: str = "",
-    length_m: float = HAND_LENGTH,
-    breadth_m: float = HAND_BREADTH,
+    length_m: float = HAND_LENGTH_M,
+    breadth_m: float = HAND_BREADTH_M,
 ) -> Subject:
-    """Return the template hand with a marker set, for when nobody was measured."""
+    """Return the template hand with a marker set, for when nobody was measured.
+
+    Parameters
+    ----------
+    side : "left" or "right"; "" for the marker set's own.
+    length_m : [m] wrist crease to tip of the middle finger.
+    breadth_m : [m] across the metacarpal heads.
+
+    Returns
+    -------
+    a subject that is not calibrated: ``marker_sigma`` (M,) is NaN
+    """
     tree = template(
         side or marker_set.side, length_m, breadth_m, forearm=marker_set.forearm
     )

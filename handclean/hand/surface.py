@@ -15,7 +15,7 @@ from handclean.errors import HandcleanError
 from handclean.tree import MIRROR, JointTree
 
 BONES_PER_VERTEX = 4
-"""Bones that move one vertex, at most."""
+"""Bones that move one vertex, at most: what glTF holds in one set of weights."""
 
 BACK = np.array([0.0, 0.0, 1.0])
 """The direction out of the back of the hand (the papers' h) in the root's frame."""
@@ -79,7 +79,12 @@ def _problem(surface: Surface) -> str:
 
 
 def rest_joints(tree: JointTree) -> Floats:
-    """(B, 3) [m] where the joints are in the zero posture, in the root's frame."""
+    """Compute where the joints are in the zero posture.
+
+    Returns
+    -------
+    (B, 3) [m] in the root's frame, in the order of the tree's bones
+    """
     places = tree.offsets.copy()
     for b in range(1, len(tree.bones)):
         places[b] += places[tree.parents[b]]
@@ -87,14 +92,32 @@ def rest_joints(tree: JointTree) -> Floats:
 
 
 def face_normals(vertices: Floats, faces: Ints) -> Floats:
-    """(F, 3) [m^2] outward normals of (V, 3) [m], as long as twice the face's area."""
+    """Compute the outward normals of faces, as long as twice a face's area.
+
+    Parameters
+    ----------
+    vertices : (V, 3) [m]; faces : (F, 3), counter-clockwise seen from outside.
+
+    Returns
+    -------
+    (F, 3) [m^2]
+    """
     a, b, c = (vertices[faces[:, n]] for n in range(3))
     out: Floats = np.cross(b - a, c - a)
     return out
 
 
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
-    """(V, 3) unit outward normals: the mean of a vertex's faces, by their area."""
+    """Compute the outward normals of vertices: means of their faces', by area.
+
+    Parameters
+    ----------
+    vertices : (V, 3) [m]; faces : (F, 3), counter-clockwise seen from outside.
+
+    Returns
+    -------
+    (V, 3) unit vectors; 0 of a vertex without a face
+    """
     flat = face_normals(vertices, faces)
     out = np.zeros(vertices.shape)
     for n in range(3):
@@ -106,14 +129,28 @@ def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
 
 
 def edges_of(faces: Ints) -> Ints:
-    """(E, 2) the edges of a mesh, each once, smaller vertex first, sorted."""
+    """List the edges of a mesh, each once.
+
+    Parameters
+    ----------
+    faces : (F, 3)
+
+    Returns
+    -------
+    (E, 2) sorted, the smaller vertex first
+    """
     ends = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     out: Ints = np.unique(ends, axis=0)
     return out
 
 
 def is_closed(faces: Ints) -> bool:
-    """Whether the mesh is closed, manifold along edges, and oriented."""
+    """Whether a mesh is closed, manifold along edges, and oriented.
+
+    Parameters
+    ----------
+    faces : (F, 3)
+    """
     ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     if len(np.unique(ends, axis=0)) != len(ends):
         return False
@@ -122,6 +159,15 @@ def is_closed(faces: Ints) -> bool:
 
 
 def volume(vertices: Floats, faces: Ints) -> float:
-    """[m^3] enclosed by a closed mesh; negative if its faces look inwards."""
+    """Compute the volume that a closed mesh encloses.
+
+    Parameters
+    ----------
+    vertices : (V, 3) [m]; faces : (F, 3).
+
+    Returns
+    -------
+    [m^3], negative if the faces look inwards
+    """
     a, b, c = (vertices[faces[:, n]] for n in range(3))
     return float(np.einsum("fk,fk->", a, np.cross(b, c)) / 6.0)

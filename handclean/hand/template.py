@@ -36,14 +36,18 @@ from handclean.arrays import Floats
 from handclean.errors import UsageError
 from handclean.tree import MIRROR, JointTree
 
-HAND_LENGTH = 0.1872
-"""[m] wrist crease to tip of the middle finger, mean of men and women."""
+HAND_LENGTH_M = 0.1872
+"""[m] wrist crease to tip of the middle finger, mean of men and women (Greiner
+1991)."""
 
-HAND_BREADTH = 0.0849
-"""[m] across the metacarpal heads, mean of men and women."""
+HAND_BREADTH_M = 0.0849
+"""[m] across the metacarpal heads, mean of men and women (Greiner 1991)."""
 
 THUMB_YAW_RAD = np.radians(40.0)
+"""[rad] between the thumb and the fingers in the zero posture (chosen)."""
+
 THUMB_ROLL_RAD = np.radians(60.0)
+"""[rad] by which the axis of the thumb's outer joints is turned about it (chosen)."""
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 
@@ -63,7 +67,7 @@ _FINGERS = {
 }
 _THUMB = _Finger(0.118, 0.190, -0.105, (0.251, 0.196, 0.158))
 
-_LIMITS = {  # [degrees]
+_LIMITS_DEG = {  # [degrees]
     "thumb_cmc_abduction": (-25.0, 70.0),
     "thumb_cmc_flexion": (-30.0, 60.0),
     "thumb_mcp_flexion": (-20.0, 80.0),
@@ -78,9 +82,10 @@ _LIMITS = {  # [degrees]
     "wrist_flexion": (-80.0, 90.0),
     "wrist_deviation": (-45.0, 35.0),
 }
+"""[degrees] lower and upper limit of each hinge (see above)."""
 
-FOREARM_LENGTH = 1.35
-"""Wrist to elbow, fraction of hand length; nothing hangs on its end."""
+FOREARM_SHARE = 1.35
+"""Wrist to elbow, share of hand length; nothing hangs on its end (chosen)."""
 
 _X, _Y, _Z = np.eye(3)
 
@@ -94,18 +99,26 @@ def _thumb_frame() -> Floats:
 
 
 def bone_frame(bone: str) -> Floats:
-    """(3, 3) rest frame of a bone, side-free: y along it, z out of its back.
+    """Return the rest frame of a bone, side-free: y along it, z out of its back.
 
     The hand's and the fingers' are the common frame; the thumb's look along the thumb.
     Marker sets give places in these frames.
+
+    Parameters
+    ----------
+    bone : its name.
+
+    Returns
+    -------
+    (3, 3) columns are the frame's axes
     """
     return _thumb_frame() if bone.startswith("thumb") else np.eye(3)
 
 
 def template(
     side: str,
-    length_m: float = HAND_LENGTH,
-    breadth_m: float = HAND_BREADTH,
+    length_m: float = HAND_LENGTH_M,
+    breadth_m: float = HAND_BREADTH_M,
     *,
     forearm: bool = False,
     subject: str = "template",
@@ -184,7 +197,7 @@ def _left(length: float, breadth: float, forearm: bool, subject: str) -> JointTr
         axes=np.array(axes),
         limits=np.radians([_limits_of(name) for name in hinges]),
         subject=subject,
-        scale=length / HAND_LENGTH,
+        scale=length / HAND_LENGTH_M,
     )
 
 
@@ -197,13 +210,26 @@ def _knuckle(finger: _Finger, length: float, breadth: float) -> Floats:
 
 
 def _limits_of(hinge: str) -> tuple[float, float]:
-    return _LIMITS.get(hinge) or _LIMITS[hinge.split("_", 1)[1]]
+    return _LIMITS_DEG.get(hinge) or _LIMITS_DEG[hinge.split("_", 1)[1]]
 
 
 def distal_length(tree: JointTree, finger: str) -> float:
-    """[m] length of a finger's last segment, joint to tip.
+    """Return the length of a finger's last segment, from its joint to the tip.
 
     The tree has no joint at the tip; the segment scales with the middle one.
+
+    Parameters
+    ----------
+    finger : "thumb", "index", "middle", "ring" or "little".
+
+    Returns
+    -------
+    [m]
+
+    Raises
+    ------
+    KeyError
+        If the tree has no such finger.
     """
     shape = _THUMB if finger == "thumb" else _FINGERS[finger]
     last = tree.bone(f"{finger}_distal")

@@ -33,8 +33,9 @@ from handclean.tree import JointTree
 
 SHIPPED = Path(__file__).parents[1] / "data" / "template_hand.npz"
 
-_BONE_REACH = 0.08
-"""[m] on the template: how far (w) a knuckle's displacement takes the palm along."""
+_PALM_REACH_M = 0.08
+"""[m] on the template: how far (w) a knuckle's displacement takes the palm along
+(chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +120,21 @@ def template_surface(
 
 
 def landmarks(tree: JointTree) -> dict[str, int]:
-    """Vertex of each landmark on the fine `template_surface` of any hand."""
+    """Return the vertex of each landmark on the fine `template_surface` of any hand.
+
+    Parameters
+    ----------
+    tree : of the hand.
+
+    Returns
+    -------
+    vertex by the landmark's name
+
+    Raises
+    ------
+    UnknownNameError
+        If the tree lacks a bone of the template.
+    """
     for name in template("left").bones:
         _bone(tree, name)
     return dict(shipped_skin().landmarks)
@@ -191,7 +206,7 @@ def _hand_told(
 
 def _bump(places: Floats, centres: Floats) -> Floats:
     """(V, N) Wendland's function of the distances of places from N centres."""
-    gap = np.linalg.norm(places[:, None] - centres[None], axis=2) / _BONE_REACH
+    gap = np.linalg.norm(places[:, None] - centres[None], axis=2) / _PALM_REACH_M
     out: Floats = np.maximum(1.0 - gap, 0.0) ** 4 * (4.0 * gap + 1.0)
     return out
 

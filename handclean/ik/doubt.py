@@ -92,7 +92,12 @@ class AngleUncertainty:
 
 
 def zero_sigma(subject: Subject) -> Floats:
-    """(D,) [rad] standard deviation of the constant error of each hinge's angle."""
+    """Estimate how far the zero of each hinge's angle is off, see the module.
+
+    Returns
+    -------
+    (D,) [rad] standard deviation of an angle's constant error
+    """
     model = subject.model
     known = [v for k, v in subject.errors.items() if k.endswith("_length_sigma_m")]
     places = (
@@ -130,7 +135,16 @@ def even_noise(
 
 
 def prior_precision(hinges: int) -> Floats:
-    """(6 + D,) of the loose prior."""
+    """Return the precision of the loose prior of all degrees of freedom.
+
+    Parameters
+    ----------
+    hinges : how many there are, D.
+
+    Returns
+    -------
+    (6 + D,) [1/m^2, 1/rad^2] of the root's translation, its rotation, and the hinges
+    """
     spread = np.concatenate(
         [
             np.repeat((ROOT_PLACE_SD_M, ROOT_TURN_SD_RAD), ROOT_DOFS // 2),

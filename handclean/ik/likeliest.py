@@ -39,7 +39,7 @@ from handclean.ik.frames import (
 )
 from handclean.kernels import jit
 from handclean.kernels.gauss_newton import (
-    HELD,
+    HELD_PRECISION,
     AnglePrior,
     Chain,
     MarkerFit,
@@ -231,8 +231,8 @@ def bounded_step(
             step[n] = gradient[n]
         for d in range(limits.shape[0]):
             if not math.isnan(stop[d]):
-                matrix[6 + d, 6 + d] += HELD
-                step[6 + d] = HELD * stop[d]
+                matrix[6 + d, 6 + d] += HELD_PRECISION
+                step[6 + d] = HELD_PRECISION * stop[d]
         if not solve(matrix, step):
             return BoundedStep(False, step)
         if not stop_at_limits(pose, step, stop, limits):

@@ -93,7 +93,12 @@ def learn(
 
 
 def knowing(prior: PosturePrior | None, hinges: Collection[str]) -> PosturePrior | None:
-    """Return a prior of a tree with these hinges; none where it knows none of them."""
+    """Return a prior for a tree with these hinges.
+
+    Returns
+    -------
+    the prior itself; None where it knows none of the hinges, or there is none
+    """
     return prior if prior and not set(hinges).isdisjoint(prior.names) else None
 
 

@@ -67,7 +67,7 @@ class Solution:
 
 
 def chain_of(model: Model) -> Chain:
-    """Return the model as the kernels want it."""
+    """Return a model's joint tree and markers as the kernels want them."""
     return Chain(
         parent=model.links.parent,
         offset=model.links.offset,
@@ -79,10 +79,15 @@ def chain_of(model: Model) -> Chain:
 
 
 def prior_arrays(model: Model, prior: PosturePrior | None) -> tuple[Floats, Floats]:
-    """(D,) mean and (D, K) basis, one sd per column, in the order of the tree's hinges.
+    """Return a posture prior in the order of a tree's hinges.
 
     Hinges the prior does not know (a forearm's) have mean 0 and do not follow it. One
     that knows none of them is no prior.
+
+    Returns
+    -------
+    mean : (D,) [rad]; without a prior, a hand a little bent.
+    basis : (D, K) [rad] one standard deviation per column; K = 0 without a prior.
     """
     hinges = model.tree.hinges
     prior = knowing(prior, hinges)
@@ -100,7 +105,16 @@ def prior_arrays(model: Model, prior: PosturePrior | None) -> tuple[Floats, Floa
 
 
 def start_postures(model: Model, mean: Floats) -> Floats:
-    """(S, D) [rad] the mean posture, the flat hand, a half and a fully closed fist."""
+    """List postures to start from: the mean, the flat hand, a half and a closed fist.
+
+    Parameters
+    ----------
+    mean : (D,) [rad]
+
+    Returns
+    -------
+    (4, D) [rad] within the hinges' limits
+    """
     limits = model.tree.limits
     flexes = np.array(["flexion" in name for name in model.tree.hinges])
     fists = [np.where(flexes, share * limits[:, 1], 0.0) for share in FIST_SHARES]
@@ -226,7 +240,15 @@ def _noise(model: Model, targets: Floats, residual: Floats) -> float:
 def markers_of(
     recording: Recording, model: Model, *, measured_only: bool = True
 ) -> Floats:
-    """(T, M, 3) [m] the take's samples of the model's markers, NaN where missing.
+    """Take the samples of a model's markers out of a take.
+
+    Parameters
+    ----------
+    measured_only : whether filled samples count as missing.
+
+    Returns
+    -------
+    (T, M, 3) [m] in the order of the model's labels, NaN where missing
 
     Raises
     ------

@@ -37,7 +37,7 @@ Chosen: below what `residual_test` remarks on."""
 
 
 def mirrored(model: Model) -> Model:
-    """Return the other hand, with the same markers."""
+    """Return the other hand, left for right, with the same markers mirrored."""
     return replace(model, tree=model.tree.mirrored(), at=model.at * MIRROR)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from handclean.errors import FileError, UsageError
 from handclean.hand.surface import Surface
+from handclean.io.finite import only_finite
 from handclean.io.formats import (
     BY_SUFFIX,
     TAKES_WRITTEN,
@@ -74,6 +75,8 @@ def write(
 ) -> tuple[Remark, ...]:
     """Write a take to exactly this path.
 
+    What is no finite number is written as unknown, see `handclean.io.finite`.
+
     Parameters
     ----------
     surfaces : skins of hands by the name of their motion, for a format that shows them
@@ -94,6 +97,7 @@ def write(
     path = Path(path)
     wanted = check_suffix(path, suffix)
     format_ = BY_SUFFIX[wanted]
+    recording = only_finite(recording)
     given = {"surfaces": surfaces, "unnamed": unnamed}
     more = function(format_.write)(path, recording, **chosen(format_, given)) or ()
     return (*lost(recording, wanted, unnamed=unnamed), *more)

@@ -11,7 +11,7 @@ from handclean.arrays import Floats, Ints, runs
 from handclean.io.shared.adult_size import size_of
 from handclean.io.shared.reading import finite
 from handclean.recording import Points, Recording, Trajectories
-from handclean.remarks import Remark, listed, remark
+from handclean.remarks import Remark, length_in_words, listed, remark
 
 FROZEN_S, FROZEN_FRAMES = 0.25, 10
 """[s], frames: what does not change its last digit for so long stands still
@@ -106,17 +106,18 @@ def wrong_size(take: Recording) -> list[Remark]:
         if not ODD_SIZE_RATIOS[0] <= found.ratio <= ODD_SIZE_RATIOS[1] and np.isfinite(
             found.ratio
         ):
-            adult = _length(found.length / found.ratio)
+            adult = length_in_words(found.length / found.ratio)
             text = (
-                f"{found.words} is {_length(found.length)}, an adult's is about "
-                f"{adult}: is the unit right? (--unit)"
+                f"{found.words} is {length_in_words(found.length)}, an adult's is "
+                f"about {adult}: is the unit right? (--unit)"
             )
             return [remark("unit", text, ratio=found.ratio)]
     spans = [_span(points) for points in _of_frames(take, frames) if len(points) > 3]
     span = float(np.median(spans)) if spans else 0.0
     if span == 0.0 or SPOT_M <= span <= FAR_FROM_MIDDLE_M:
         return []
-    text = f"the points of a frame span {_length(span)}: is the unit right? (--unit)"
+    span_m = length_in_words(span)
+    text = f"the points of a frame span {span_m}: is the unit right? (--unit)"
     return [remark("unit", text, span_m=span)]
 
 
@@ -137,10 +138,6 @@ def _of_frames(take: Recording, frames: Ints) -> Iterator[Floats]:
 def _span(points: Floats) -> float:
     """[m] the longest side of the box around points."""
     return float(np.ptp(points, axis=0).max())
-
-
-def _length(metres: float) -> str:
-    return f"{metres:.2g} m" if metres >= 0.995 else f"{1e3 * metres:.2g} mm"
 
 
 def _far(take: Recording) -> list[Remark]:

@@ -14,7 +14,8 @@ from handclean.arrays import Floats, Ints
 from handclean.kernels import jit
 
 BOX_MARGIN_M = 1e-9
-"""Boxes are this much too large on every side, more than rounding errors."""
+"""[m] boxes are this much too large on every side, more than rounding errors
+(chosen)."""
 
 
 class Boxes(NamedTuple):

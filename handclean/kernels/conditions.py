@@ -15,11 +15,18 @@ import math
 from handclean.arrays import Floats
 from handclean.kernels import jit
 
-_MACHINE_EPSILON = 2.220446049250313e-16  # of float64
-_SMALLEST = 1e-250  # numbers below count as 0, so that no quotient overflows (chosen)
-_STEP_SHARE = 1e-7  # a step this small, relative to the root, is the last: the method
-# converges cubically, so that what is left is below rounding
-_MOST_STEPS = 60  # chosen; no matrix met needed as many
+_MACHINE_EPSILON = 2.220446049250313e-16
+"""Of float64."""
+
+_ZERO_BELOW = 1e-250
+"""Numbers below count as 0, so that no quotient overflows (chosen)."""
+
+_STEP_SHARE = 1e-7
+"""A step this small, relative to the root, is the last: the method converges cubically,
+so that what is left is below rounding (chosen)."""
+
+_MOST_STEPS = 60
+"""Steps to an eigenvalue, at most (chosen; no matrix met needed as many)."""
 
 
 @jit
@@ -80,7 +87,7 @@ def tridiagonal(a: Floats, d: Floats, e: Floats) -> None:
             size = -size
         e[k] = size
         half = square - a[k + 1, k] * size  # u'u / 2, u the mirror's normal
-        if half < _SMALLEST:
+        if half < _ZERO_BELOW:
             continue
         a[k + 1, k] -= size
         along = 0.0
@@ -126,7 +133,7 @@ def outer_root(d: Floats, squares: Floats, start: float, side: float) -> float:
             s2 = away * s1 - p1 - square * s0
             c2 = away * c1 - 2.0 * s1 - square * c0
             p0, p1, s0, s1, c0, c1 = p1, p2, s1, s2, c1, c2
-        if not abs(p1) > _SMALLEST:
+        if not abs(p1) > _ZERO_BELOW:
             return x
         slope = s1 / p1
         if not slope * side > 0.0:  # rounding has carried x past the root

@@ -55,7 +55,7 @@ from handclean.kernels.chain import place_links
 from handclean.kernels.linalg import backward_by_rows, factor, forward_vector
 from handclean.kernels.rotations import compose, exponential
 
-HELD = 1e30
+HELD_PRECISION = 1e30
 """[m^2/rad^2] What is added to the diagonal for a hinge that must not move. Chosen: so
 large that a step times it loses no digit."""
 
@@ -481,7 +481,7 @@ def damp(
         q, g = pose[7 + d], gradient[6 + d]
         extra = damping
         if (q <= low and g < 0.0) or (q >= high and g > 0.0):
-            extra = HELD
+            extra = HELD_PRECISION
             gradient[6 + d] = 0.0
         elif q > low and q < high:
             middle = 2.0 * q - high - low
@@ -574,8 +574,8 @@ def newton_step(
             right[n] = gradient[n]
         for d in range(hinges):
             if not math.isnan(stop[d]):
-                normal[6 + d, 6 + d] += HELD
-                gradient[6 + d] = HELD * stop[d]
+                normal[6 + d, 6 + d] += HELD_PRECISION
+                gradient[6 + d] = HELD_PRECISION * stop[d]
         factorise(tree, normal)
         substitute(tree, normal, gradient, step)
         promise = 0.0
@@ -598,7 +598,7 @@ def hold_at_limits(
     """
     serves = True
     for d in range(limits.shape[0]):
-        if factors[6 + d, 6 + d] >= HELD:
+        if factors[6 + d, 6 + d] >= HELD_PRECISION:
             inwards = gradient[6 + d] * (pose[7 + d] - limits[d, 0])
             outwards = gradient[6 + d] * (limits[d, 1] - pose[7 + d])
             if inwards < 0.0 or outwards > 0.0:

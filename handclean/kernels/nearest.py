@@ -26,7 +26,8 @@ class Feet(NamedTuple):
     """(P,) [m^2] squared distances."""
 
 
-_DEEPEST = 64  # nodes that wait in a search; every level of the tree adds one
+_MOST_WAITING_NODES = 64
+"""Nodes that wait in a search, at most; every level of the tree adds one (chosen)."""
 
 
 @jit
@@ -108,7 +109,7 @@ def closest_on_mesh(points: Floats, tree: Boxes) -> Feet:
     count = points.shape[0]
     face, square = np.zeros(count, dtype=np.int64), np.zeros(count)
     shares, share = np.zeros((count, 3)), np.zeros(3)
-    stack = np.zeros(_DEEPEST, dtype=np.int64)
+    stack = np.zeros(_MOST_WAITING_NODES, dtype=np.int64)
     leaves = starts.shape[0] - 1
     for i in range(points.shape[0]):
         p = points[i]

@@ -16,8 +16,8 @@ UNSPLIT_POINTS = 8
 """A range of at most so many points is not split (chosen for speed alone: any number
 finds the same distance)."""
 
-DEEPEST = 64
-"""Ranges that wait in a search; every halving adds one, so 2^64 points fit."""
+MOST_WAITING_RANGES = 64
+"""Ranges that wait in a search, at most; every halving adds one, so 2^64 points fit."""
 
 
 class PointTree(NamedTuple):
@@ -43,7 +43,10 @@ class Waiting(NamedTuple):
 @jit
 def make_waiting() -> Waiting:
     """Return work space for `nearest_point`."""
-    return Waiting(np.zeros((DEEPEST, 2), dtype=np.int64), np.zeros(DEEPEST))
+    return Waiting(
+        np.zeros((MOST_WAITING_RANGES, 2), dtype=np.int64),
+        np.zeros(MOST_WAITING_RANGES),
+    )
 
 
 @jit

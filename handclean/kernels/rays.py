@@ -20,7 +20,8 @@ from handclean.kernels import jit
 from handclean.kernels.boxes import Boxes, make_boxes, refit
 from handclean.kernels.normals import vertex_normals
 
-_ACROSS = 1e300  # [1/m] in place of 1 / 0
+_INFINITE_SLOPE = 1e300
+"""In place of 1 / 0, for rays across an axis (chosen)."""
 
 
 @jit
@@ -40,9 +41,9 @@ def meets(p: Floats, q: Floats, skip: float, tree: Boxes) -> bool:
         return False
     first = skip / size
     last = 1.0 - first
-    over_x = 1.0 / dx if dx != 0.0 else _ACROSS
-    over_y = 1.0 / dy if dy != 0.0 else _ACROSS
-    over_z = 1.0 / dz if dz != 0.0 else _ACROSS
+    over_x = 1.0 / dx if dx != 0.0 else _INFINITE_SLOPE
+    over_y = 1.0 / dy if dy != 0.0 else _INFINITE_SLOPE
+    over_z = 1.0 / dz if dz != 0.0 else _INFINITE_SLOPE
     kx, ky, kz = 0, 1, 2
     if abs(dx) >= abs(dy) and abs(dx) >= abs(dz):
         kx, ky, kz = 1, 2, 0

@@ -24,8 +24,10 @@ from handclean.arrays import Bools, Floats, Ints
 from handclean.kernels import jit
 
 BOX, CYLINDER, ELLIPSOID = 0, 1, 2
+"""Kinds of solids."""
 
-_GOLDEN = 0.6180339887498949  # (sqrt(5) - 1) / 2, of the search by golden section
+_GOLDEN_SECTION = 0.6180339887498949
+"""(sqrt(5) - 1) / 2, of the search by golden section."""
 
 
 class Capsules(NamedTuple):
@@ -90,7 +92,7 @@ def segment_solid_distance(p: Floats, q: Floats, kind: int, size: Floats) -> flo
     """
     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     low, high = 0.0, 1.0
-    s, t = 1.0 - _GOLDEN, _GOLDEN
+    s, t = 1.0 - _GOLDEN_SECTION, _GOLDEN_SECTION
     at_s = solid_distance(p[0] + s * dx, p[1] + s * dy, p[2] + s * dz, kind, size)
     at_t = solid_distance(p[0] + t * dx, p[1] + t * dy, p[2] + t * dz, kind, size)
     span = math.sqrt(dx * dx + dy * dy + dz * dz)
@@ -101,13 +103,13 @@ def segment_solid_distance(p: Floats, q: Floats, kind: int, size: Floats) -> flo
     while (high - low) * span > 1e-5:
         if at_s < at_t:
             high, t, at_t = t, s, at_s
-            s = high - _GOLDEN * (high - low)
+            s = high - _GOLDEN_SECTION * (high - low)
             at_s = solid_distance(
                 p[0] + s * dx, p[1] + s * dy, p[2] + s * dz, kind, size
             )
         else:
             low, s, at_s = s, t, at_t
-            t = low + _GOLDEN * (high - low)
+            t = low + _GOLDEN_SECTION * (high - low)
             at_t = solid_distance(
                 p[0] + t * dx, p[1] + t * dy, p[2] + t * dz, kind, size
             )

@@ -70,7 +70,12 @@ def sort_frames(start: Ints, at: Floats, order: Ints) -> None:
 
 
 def cloud_of(recording: Recording) -> Cloud:
-    """Collect what was measured: unlabelled points, and markers that are not filled."""
+    """Collect what was measured: unlabelled points, and markers that are not filled.
+
+    Returns
+    -------
+    the P points, frame by frame; those of a frame sorted by x, then y, then z
+    """
     parts = [part for part in (_markers(recording), recording.unlabelled) if part]
     frame = np.concatenate([_NONE, *(part.frame for part in parts)]).astype(np.int32)
     at = np.concatenate([np.zeros((0, 3)), *(part.positions for part in parts)])

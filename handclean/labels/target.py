@@ -66,7 +66,13 @@ class TrackTarget:
 def make_target(
     subject: Subject, prior: PosturePrior | None, name: str = ""
 ) -> TrackTarget:
-    """Return a subject's hand as something to look for."""
+    """Return a subject's hand as something to look for.
+
+    Parameters
+    ----------
+    prior : posture subspace for what markers leave open, or None.
+    name : of the motion; "" for the hand's side.
+    """
     model = subject.model
     known = np.isfinite(subject.marker_sigma)
     sigma = np.where(known, subject.marker_sigma, TEMPLATE_SIGMA_M)

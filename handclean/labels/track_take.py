@@ -70,7 +70,16 @@ def fewest_points(target: TrackTarget) -> int:
 def find_first_fit(
     cloud: Cloud, target: TrackTarget, setup: TrackSetup
 ) -> FrameFit | None:
-    """Find the target in the best of the frames with the most points."""
+    """Find the target in the best of the frames with the most points.
+
+    Returns
+    -------
+    the fit with the least score; None if no frame has enough points, or no fit is found
+
+    References
+    ----------
+    Maycock et al. (2015), section III-A and equation 2.
+    """
     counts = np.diff(cloud.start)
     least = fewest_points(target)
     if cloud.frames == 0 or counts.max() < least:

@@ -20,7 +20,7 @@ pairs are equally close.
 import numpy as np
 
 from handclean.arrays import Ints
-from handclean.hand.template import HAND_LENGTH
+from handclean.hand.template import HAND_LENGTH_M
 from handclean.kernels.exchange import Steps
 from handclean.kernels.exchange import anneal as anneal_kernel
 from handclean.layouts.greedy import built_up, exchanged
@@ -100,7 +100,7 @@ def _annealed(
     now = best = np.argsort(rows)[layout]
     energy = least = log.least
     count = settings.particles * settings.iterations // (2 * TEMPERATURE_BLOCKS)
-    reach = STEP_SD_M * problem.length_m / HAND_LENGTH
+    reach = STEP_SD_M * problem.length_m / HAND_LENGTH_M
     heats = scale * np.geomspace(
         START_TEMPERATURE, END_TEMPERATURE, count * TEMPERATURE_BLOCKS
     ).reshape(TEMPERATURE_BLOCKS, count)

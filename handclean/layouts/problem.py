@@ -18,7 +18,7 @@ from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import HandcleanError, UnknownNameError, UsageError
 from handclean.hand.model import Model, jacobian, marker_positions, neutral_pose
 from handclean.hand.surface import Surface, rest_joints
-from handclean.hand.template import HAND_LENGTH
+from handclean.hand.template import HAND_LENGTH_M
 from handclean.ik.prior import PosturePrior, learn
 from handclean.kernels import layouts
 from handclean.layouts.keyframes import keyframes, known_frames
@@ -174,7 +174,7 @@ def make_problem(
     tree = model.tree
     frames = _on_tree(tree, names, keyframes(takes, settings.keyframes))
     titles, directions = _directions(tree, takes, names, settings, prior)
-    length = HAND_LENGTH * tree.scale
+    length = HAND_LENGTH_M * tree.scale
     poses = _poses(tree, frames)
     turning = np.stack([jacobian(model, pose) for pose in poses])
     parts = [turning[..., 3:ROOT_DOFS], turning[..., ROOT_DOFS:] @ directions]

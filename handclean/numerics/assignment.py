@@ -23,7 +23,7 @@ from handclean.arrays import Floats, Ints, expect_shape
 from handclean.errors import ShapeError
 from handclean.kernels import jit
 
-NONE = -1
+NO_POINT = -1
 """Stands for "no point" in an assignment."""
 
 
@@ -39,14 +39,14 @@ def _take_the_free(
     """
     left = 0
     for m in range(cost.shape[0]):
-        best, at = price[m], NONE
+        best, at = price[m], NO_POINT
         for p in range(cost.shape[1]):
             if cost[m, p] < best:
                 best, at = cost[m, p], p
         u[m] = best
-        if at == NONE:
-            chosen[m] = NONE
-        elif owner[at] == NONE:
+        if at == NO_POINT:
+            chosen[m] = NO_POINT
+        elif owner[at] == NO_POINT:
             chosen[m] = at
             owner[at] = m
         else:
@@ -67,7 +67,7 @@ def assign_rows(cost: Floats, price: Floats, chosen: Ints) -> None:
     """
     rows, points = cost.shape
     u, v = np.zeros(rows), np.zeros(points)
-    owner = np.full(points, NONE)
+    owner = np.full(points, NO_POINT)
     if _take_the_free(cost, price, u, owner, chosen) == 0:
         return
     reach, before = np.zeros(points), np.zeros(points, dtype=np.int64)
@@ -78,11 +78,11 @@ def assign_rows(cost: Floats, price: Floats, chosen: Ints) -> None:
         reach[:] = math.inf
         done[:] = False
         row, here = first, 0.0
-        without, least, end = NONE, math.inf, NONE
+        without, least, end = NO_POINT, math.inf, NO_POINT
         while True:
             if here + price[row] - u[row] < least:
                 least, without = here + price[row] - u[row], row
-            nearest, at = math.inf, NONE
+            nearest, at = math.inf, NO_POINT
             for p in range(points):
                 if done[p]:
                     continue
@@ -95,7 +95,7 @@ def assign_rows(cost: Floats, price: Floats, chosen: Ints) -> None:
                 here = least
                 break
             here = nearest
-            if owner[at] == NONE:
+            if owner[at] == NO_POINT:
                 end = at
                 break
             done[at] = True
@@ -106,10 +106,10 @@ def assign_rows(cost: Floats, price: Floats, chosen: Ints) -> None:
                 u[owner[p]] += here - reach[p]
                 v[p] -= here - reach[p]
         if (
-            end == NONE
+            end == NO_POINT
         ):  # the row ``without`` gives its point up, unless it is ``first``
             end = chosen[without]
-            chosen[without] = NONE
+            chosen[without] = NO_POINT
             if without == first:
                 continue
         while True:
@@ -147,6 +147,6 @@ def assign(cost: Floats, price: float | Floats = math.inf) -> Ints:
     open_pairs = np.abs(cost[np.isfinite(cost)])
     most = max([*open_pairs, *np.abs(prices[np.isfinite(prices)]), 1.0])
     prices = np.where(np.isfinite(prices), prices, 4.0 * most * (len(cost) + 1))
-    chosen = np.full(len(cost), NONE)
+    chosen = np.full(len(cost), NO_POINT)
     assign_rows(np.ascontiguousarray(cost, dtype=np.float64), prices, chosen)
     return chosen

@@ -14,21 +14,24 @@ from handclean.hand.model import Model, marker_positions
 from handclean.hand.template import FINGERS, bone_frame
 from handclean.tree import JointTree
 
-_RADII_MM = {  # [mm] proximal to distal segment
+_RADII_MM = {
     "thumb": (13.0, 10.0, 9.0),
     "index": (9.0, 8.2, 7.2),
     "middle": (9.2, 8.4, 7.4),
     "ring": (8.7, 7.9, 7.0),
     "little": (7.8, 7.0, 6.3),
 }
+"""[mm] of the segments' capsules, proximal to distal (Garrett 1971)."""
 
-_PALM = (  # start, stop, radius [mm]; x as a share of breadth, y of length
+_PALM = (
     ((0.14, 0.05, -2.0), (0.30, 0.40, -2.0), 12.5),
     ((0.05, 0.05, -2.0), (0.05, 0.40, -1.5), 13.0),
     ((-0.08, 0.05, -2.0), (-0.19, 0.37, -2.0), 12.5),
     ((-0.17, 0.05, -3.5), (-0.38, 0.33, -6.0), 10.5),
     ((-0.19, 0.09, -9.0), (-0.33, 0.26, -9.0), 10.5),
 )
+"""Start, stop, radius [mm] of the palm's capsules; x as a share of hand breadth, y of
+length (palm 27 mm thick, see above)."""
 
 _FOREARM_MM = (
     ((-11.0, -25.0, 0.0), (-14.0, -220.0, 0.0), 19.0),

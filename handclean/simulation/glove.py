@@ -32,10 +32,10 @@ CALIBRATION_POSES = ("flat", "spread", "fist", "overbend")
 """Key poses of a calibration (figure 4)."""
 
 FURTHER_POSES = ("half", "thumb-hook", "thumb-bend", "thumb-across")
-"""Further ones, of a bend half way and of the thumb's joints one by one."""
+"""Further ones, of a bend half way and of the thumb's joints one by one (chosen)."""
 
 REFIT_POSES = ("flat", "fist")
-"""Poses that tell how the glove sits this time."""
+"""Poses that tell how the glove sits this time (chosen)."""
 
 TEST_POSES = (*CALIBRATION_POSES, "thumb-up", "pointing", "pinky-up", "rest", "ok")
 """Poses of the tests (table 3)."""

@@ -13,7 +13,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.hand.model import Model, jacobian, marker_positions
 from handclean.hand.pronation import PRONATION, with_pronation
-from handclean.hand.template import FINGERS, HAND_LENGTH, distal_length, template
+from handclean.hand.template import FINGERS, HAND_LENGTH_M, distal_length, template
 from handclean.simulation.timing import minimum_jerk, shaking
 from handclean.tree import POSE_HEAD, JointTree
 
@@ -22,7 +22,7 @@ LONG = FINGERS[1:]
 _TREMOR_RAD = np.radians(0.25)
 """[rad] how much a joint trembles that is held still (chosen)."""
 
-_FREE_RANGE_DEG = {  # [degrees] low, high of free movement
+_FREE_RANGE_DEG = {
     "thumb_cmc_abduction": (0, 55),
     "thumb_cmc_flexion": (-15, 45),
     "thumb_mcp_flexion": (-5, 50),
@@ -36,6 +36,8 @@ _FREE_RANGE_DEG = {  # [degrees] low, high of free movement
     "wrist_flexion": (-50, 55),
     "wrist_deviation": (-28, 20),
 }
+"""[degrees] lowest and highest angle of free movement (chosen)."""
+
 _MOVES = tuple(
     name
     for name in _FREE_RANGE_DEG
@@ -74,7 +76,7 @@ def make_wearer(name: str, rng: np.random.Generator, side: str = "right") -> Wea
     """
     size = float(np.clip(rng.normal(1.0, 0.06), 0.85, 1.15))
     breadth = 0.0849 * size * rng.lognormal(0.0, 0.03)
-    base = template(side, HAND_LENGTH * size, breadth, forearm=True, subject=name)
+    base = template(side, HAND_LENGTH_M * size, breadth, forearm=True, subject=name)
     tree = with_pronation(base)
     factor = rng.lognormal(0.0, 0.03, len(tree.bones))
     tree = JointTree(

@@ -55,11 +55,14 @@ _RANGES_DEG = {  # [degrees]
     "W_FLEX": ("wrist_flexion", -65, 70),
     "W_ABD": ("wrist_deviation", -35, 25),
 }
-_ASIDE = {
+_ABDUCTION_SENSORS = {
     "IM_ABD": ("index", "middle", 35),
     "MR_ABD": ("middle", "ring", 25),
     "RP_ABD": ("ring", "little", 35),
 }
+"""Fingers that sensors of abduction lie between, and how far these spread [degrees]
+(chosen)."""
+
 _FINGERS = {"I": "index", "M": "middle", "R": "ring", "P": "little"}
 _STRETCH: dict[str, tuple[tuple[tuple[str, float], ...], float]] = {
     "TI_ABD": ((("T_TMC", 0.5),), 0.0),
@@ -87,8 +90,8 @@ def _sensor(name: str) -> Sensor:
     if name in _RANGES_DEG:
         hinge, low, high = _RANGES_DEG[name]
         measures = {hinge: 1.0}
-    elif name in _ASIDE:
-        one, other, high = _ASIDE[name]
+    elif name in _ABDUCTION_SENSORS:
+        one, other, high = _ABDUCTION_SENSORS[name]
         measures, low = (
             {f"{one}_mcp_abduction": 1.0, f"{other}_mcp_abduction": -1.0},
             -5,

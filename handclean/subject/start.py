@@ -14,7 +14,7 @@ from handclean.arrays import Bools, Floats
 from handclean.errors import HandcleanError, UsageError
 from handclean.hand.marker_set import MarkerSet
 from handclean.hand.model import Model, marker_positions, neutral_pose
-from handclean.hand.template import HAND_LENGTH, template
+from handclean.hand.template import HAND_LENGTH_M, template
 from handclean.kernels import bundle, pose_fit
 from handclean.kernels.align import align
 from handclean.subject.frames import Frames
@@ -198,7 +198,7 @@ def _expect_a_hand(marker_set: MarkerSet, frames: Frames, side: str) -> None:
 
 def _refuse(ratio: float) -> None:
     power = 10.0 ** np.round(np.log10(max(ratio, 1e-12)))
-    what = f"the markers span a hand about {1e3 * ratio * HAND_LENGTH:.3g} mm long"
+    what = f"the markers span a hand about {1e3 * ratio * HAND_LENGTH_M:.3g} mm long"
     if power >= 10 or power <= 0.1:
         factor = power if power > 1 else 1 / power
         much = "large" if power > 1 else "small"

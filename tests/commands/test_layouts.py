@@ -12,7 +12,7 @@ from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import template_subject
 from handclean.hand.surface import vertex_normals
-from handclean.hand.template import HAND_LENGTH, template
+from handclean.hand.template import HAND_LENGTH_M, template
 from handclean.hand.template_surface import template_surface
 from handclean.io import files
 from handclean.io.hdf5.subject import write_subject
@@ -88,7 +88,7 @@ def test_a_layout_is_a_marker_set_on_the_skin(run):
     )
     assert np.mean(figures["kappa"]) == pytest.approx(figures["condition"])
     assert figures["smallest_mm"] == pytest.approx(
-        1e3 * np.sqrt(-figures["distance"]) * HAND_LENGTH
+        1e3 * np.sqrt(-figures["distance"]) * HAND_LENGTH_M
     )
     energies = [energy for _, energy in figures["history"]]
     assert energies == sorted(energies, reverse=True)

@@ -15,6 +15,7 @@ from handclean.hand.subject import template_subject
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.io import files
+from handclean.io.finite import only_finite
 from handclean.io.formats import TAKES_READ, TAKES_WRITTEN
 from handclean.io.hdf5.file import read_h5, write_h5
 from handclean.io.hdf5.parts import Array, Part
@@ -22,14 +23,7 @@ from handclean.io.hdf5.prior import FORMAT as PRIOR
 from handclean.io.hdf5.prior import read_prior, write_prior
 from handclean.io.hdf5.subject import FORMAT as SUBJECT
 from handclean.io.hdf5.subject import read_subject, write_subject
-from handclean.recording import (
-    Motion,
-    Origin,
-    Points,
-    Recording,
-    Trajectories,
-    only_finite,
-)
+from handclean.recording import Motion, Origin, Points, Recording, Trajectories
 
 BAD = [np.nan, np.inf, -np.inf]
 

@@ -9,7 +9,7 @@ from handclean.errors import HandcleanError, UnknownNameError, UsageError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions, moved, neutral_pose
 from handclean.hand.skinning import posed, vertex_jacobian
-from handclean.hand.template import HAND_LENGTH, template
+from handclean.hand.template import HAND_LENGTH_M, template
 from handclean.layouts.problem import (
     keyframe_poses,
     make_problem,
@@ -73,7 +73,7 @@ def test_sums_and_gaps_are_what_they_say(problem, rng):
 
 
 def test_size_and_side_do_not_change_gaps_and_conditions(takes, few, problem):
-    big = template("right", length_m=1.1 * HAND_LENGTH, breadth_m=1.1 * 0.0849)
+    big = template("right", length_m=1.1 * HAND_LENGTH_M, breadth_m=1.1 * 0.0849)
     model = replace(
         problem.model,
         tree=big,

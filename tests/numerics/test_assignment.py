@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import linear_sum_assignment
 
 from handclean.errors import ShapeError
-from handclean.numerics.assignment import NONE, assign
+from handclean.numerics.assignment import NO_POINT, assign
 
 FAR = 1e5
 """Stands for infinity in the oracle; larger than any sum of costs here."""
@@ -32,14 +32,14 @@ def padded_optimum(cost, prices):
 
 
 def total(cost, prices, chosen):
-    pairs = [cost[m, p] for m, p in enumerate(chosen) if p != NONE]
-    return sum(pairs) + prices[chosen == NONE].sum()
+    pairs = [cost[m, p] for m, p in enumerate(chosen) if p != NO_POINT]
+    return sum(pairs) + prices[chosen == NO_POINT].sum()
 
 
 def contract(cost, chosen):
-    given_away = chosen[chosen != NONE]
+    given_away = chosen[chosen != NO_POINT]
     assert len(set(given_away)) == len(given_away), "a point was given twice"
-    assert np.isfinite(cost[chosen != NONE, given_away]).all(), "a gate was passed"
+    assert np.isfinite(cost[chosen != NO_POINT, given_away]).all(), "a gate was passed"
 
 
 @given(cost=costs, data=st.data())
@@ -74,15 +74,15 @@ def test_markers_sized_problems_agree_with_scipy(rows, points, rng):
 
 def test_a_row_stays_without_where_its_price_is_lower():
     cost = np.array([[1.0, 5.0], [1.5, 9.0]])
-    assert assign(cost, 3.0).tolist() == [0, NONE]
-    assert assign(cost, np.array([0.5, 3.0])).tolist() == [NONE, 0]
+    assert assign(cost, 3.0).tolist() == [0, NO_POINT]
+    assert assign(cost, np.array([0.5, 3.0])).tolist() == [NO_POINT, 0]
     assert assign(cost, 9.0).tolist() == [1, 0]
 
 
 def test_rows_or_points_may_be_none_at_all():
     assert assign(np.zeros((0, 3))).tolist() == []
-    assert assign(np.zeros((2, 0))).tolist() == [NONE, NONE]
-    assert assign(np.full((2, 2), np.inf)).tolist() == [NONE, NONE]
+    assert assign(np.zeros((2, 0))).tolist() == [NO_POINT, NO_POINT]
+    assert assign(np.full((2, 2), np.inf)).tolist() == [NO_POINT, NO_POINT]
 
 
 def test_the_inputs_are_left_alone(rng):

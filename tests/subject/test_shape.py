@@ -7,7 +7,7 @@ import pytest
 from shapes import random_model
 
 from handclean.hand.marker_set import load_marker_set
-from handclean.hand.template import HAND_BREADTH, HAND_LENGTH, template
+from handclean.hand.template import HAND_BREADTH_M, HAND_LENGTH_M, template
 from handclean.subject.shape import (
     SIZE_NUMBERS,
     Expectation,
@@ -67,7 +67,7 @@ def test_the_template_is_exactly_what_is_expected():
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_hand_larger_in_both_ways_is_the_template_of_that_size(side):
     model = template(side)
-    large = template(side, 1.1 * HAND_LENGTH, 1.1 * HAND_BREADTH)
+    large = template(side, 1.1 * HAND_LENGTH_M, 1.1 * HAND_BREADTH_M)
     wanted, _ = expected_offsets(
         replace(hand("maycock26", side), tree=model), np.array([1.1, 1.1])
     )

@@ -10,7 +10,7 @@ from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
 from handclean.hand.subject import Subject
 from handclean.hand.surface import vertex_normals
-from handclean.hand.template import HAND_LENGTH
+from handclean.hand.template import HAND_LENGTH_M
 from handclean.hand.template_surface import template_surface
 from handclean.io.formats import HANDS, MESHES, SUBJECTS
 from handclean.io.gltf.write import write_hand
@@ -163,7 +163,7 @@ def subject(
         )
         return write_mesh(path, made)
 
-    length = 1e3 * tree.scale * HAND_LENGTH
+    length = 1e3 * tree.scale * HAND_LENGTH_M
     words = f"a {tree.side} hand of {length:.0f} mm" if tree.side else f"a {tree.kind}"
     figures = {"side": tree.side, "length_mm": length}
     if own is not None:

@@ -35,7 +35,7 @@ from handclean.io.shared.writing import (
     write_lines,
 )
 from handclean.numerics.rotations import rotated
-from handclean.recording import Recording, only_finite
+from handclean.recording import Recording
 from handclean.remarks import Remark, remark
 from handclean.tree import MIRROR, JointTree
 
@@ -201,7 +201,6 @@ def write_bvh(path: Path, recording: Recording) -> tuple[Remark, ...]:
     FileError
         If there is no motion, or a motion has no skeleton or is missing throughout.
     """
-    recording = only_finite(recording)
     motions = motions_of(path, recording)
     several = len(motions) > 1
     hierarchy: list[str] = []

@@ -61,7 +61,7 @@ from handclean.io.c3d.write import encode_c3d, plan_writing
 from handclean.io.shared.reading import UNLABELLED, Reading
 from handclean.io.shared.settle import METRES, settle_rate, settle_unit
 from handclean.io.shared.writing import unwritable
-from handclean.recording import Recording, only_finite
+from handclean.recording import Recording
 from handclean.remarks import Remark, of_file, remark
 
 
@@ -172,7 +172,6 @@ def write_c3d(
     FileError
         If it holds no points, does not fit the format, or cannot be written.
     """
-    recording = only_finite(recording)
     if not isinstance(target, Path | str):
         writing = plan_writing(recording, "C3D")
         target.writelines(encode_c3d(writing))

@@ -19,7 +19,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.hand.template import (
     FINGERS,
-    HAND_LENGTH,
+    HAND_LENGTH_M,
     bone_frame,
     distal_length,
     template,
@@ -83,7 +83,7 @@ def hand_length(
     ours += float(np.linalg.norm(tree.offsets[knuckle : knuckle + 3], axis=1).sum())
     line = np.vstack([np.zeros(3), _line(inside, joint_map, ends["middle"], "middle")])
     theirs = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-    return HAND_LENGTH * theirs / ours
+    return HAND_LENGTH_M * theirs / ours
 
 
 def straightened(

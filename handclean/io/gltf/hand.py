@@ -25,7 +25,7 @@ from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.hand.template import (
     FINGERS,
-    HAND_LENGTH,
+    HAND_LENGTH_M,
     template,
 )
 from handclean.io.gltf.fingers import (
@@ -97,7 +97,7 @@ def hand_of(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> ImportedHand:
         right = f"glTF is in metres; a hand has {low} to {high} mm"
         raise glb.fail(wrong, right)
     tree, bind, turns, missed = straightened(glb, inside, joint_map, side, ends)
-    tree = replace(tree, subject=glb.path.stem, scale=length / HAND_LENGTH)
+    tree = replace(tree, subject=glb.path.stem, scale=length / HAND_LENGTH_M)
     at = np.array([inside[joint_map.bones.bones[bone]][:3, 3] for bone in tree.bones])
     surface = rest_skin(glb, mesh, vertices, weights, tree, turns, at)
     model = Model(tree=tree, labels=(), bone=np.zeros(0, np.int64), at=np.zeros((0, 3)))

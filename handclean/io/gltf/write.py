@@ -36,7 +36,7 @@ from handclean.hand.template_surface import template_surface
 from handclean.io.gltf.block import INDICES, VERTICES, Block, write_file
 from handclean.io.shared.writing import NO_TREE, held_poses, motions_of
 from handclean.kernels.rotations import product
-from handclean.recording import Recording, only_finite
+from handclean.recording import Recording
 from handclean.remarks import Remark, remark
 from handclean.tree import MIRROR, POSE_HEAD, JointTree
 
@@ -99,7 +99,6 @@ def write_glb(
     FileError
         If there is no motion, or a motion has no skeleton or is missing throughout.
     """
-    recording = only_finite(recording)
     motions = motions_of(path, recording)
     remarks: list[Remark] = []
     hands: list[SkinnedHand] = []

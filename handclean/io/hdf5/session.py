@@ -29,7 +29,6 @@ from handclean.recording import (
     Recording,
     SourceEvent,
     Trajectories,
-    only_finite,
 )
 
 FORMAT = "handclean session"
@@ -52,7 +51,6 @@ def write_session(path: Path, recording: Recording) -> None:
     FileError
         If it cannot be written, or ``parameters`` hold what no file can.
     """
-    recording = only_finite(recording)
     write_h5(path, FORMAT, session_part(recording), version=VERSION)
 
 

@@ -17,7 +17,7 @@ from handclean.hand.model import Model
 from handclean.hand.skeleton import load_skeleton
 from handclean.hand.subject import Subject
 from handclean.hand.surface import BONES_PER_VERTEX, Surface
-from handclean.hand.template import HAND_LENGTH
+from handclean.hand.template import HAND_LENGTH_M
 from handclean.io.formats import HAND, MESH, TAKE, by_suffix
 from handclean.io.hdf5.file import read_h5, write_h5
 from handclean.io.hdf5.parts import (
@@ -157,7 +157,7 @@ def inspect_subject(path: Path) -> dict[str, Any]:
         "name": subject.name,
         "side": tree.side,
         "size": tree.scale,
-        "length_mm": 1e3 * tree.scale * HAND_LENGTH if tree.kind == "hand" else None,
+        "length_mm": 1e3 * tree.scale * HAND_LENGTH_M if tree.kind == "hand" else None,
         "marker_set": subject.marker_set,
         "markers": list(subject.model.labels),
         "calibrated": subject.calibrated,

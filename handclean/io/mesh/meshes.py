@@ -22,7 +22,7 @@ from handclean.io.formats import BY_SUFFIX, MESHES, function
 from handclean.io.mesh.raw import RawMesh
 from handclean.io.shared.reading import load
 from handclean.io.shared.settle import METRES, in_metres, settle_unit
-from handclean.remarks import Remark
+from handclean.remarks import Remark, length_in_words
 
 SMALLEST_SCAN_M, LARGEST_SCAN_M = 0.06, 1.2
 """[m] longest side of what may be a scan of a hand, table and all (chosen)."""
@@ -195,7 +195,7 @@ def _unit(path: Path, raw: RawMesh, option: str | None, remarks: list[Remark]) -
         right = f"--unit {hint} would make it a hand" if hint else "no unit fits a hand"
         if raw.unit and hint and option is None:
             right = f"it says {raw.unit}; --unit {hint} would make it a hand"
-        wrong = f"the scan is {_length(metres)} long in {unit}"
+        wrong = f"the scan is {length_in_words(metres, 4)} long in {unit}"
         raise FileError(path, wrong, right)
     return unit
 
@@ -204,10 +204,6 @@ def _likely(size: float) -> str:
     """Return the unit in which a longest side is a hand's, or nothing."""
     low, high = _HAND_SIDE_M
     return next((u for u in ("mm", "cm", "m") if low <= size * METRES[u] <= high), "")
-
-
-def _length(metres: float) -> str:
-    return f"{metres:.4g} m" if metres >= 1.0 else f"{1e3 * metres:.4g} mm"
 
 
 def _unit_length(normals: Floats) -> Floats:

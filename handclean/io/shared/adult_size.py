@@ -17,7 +17,7 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.hand.marker_set import load_marker_set, shipped
 from handclean.hand.surface import rest_joints
-from handclean.hand.template import HAND_LENGTH, bone_places, template
+from handclean.hand.template import HAND_LENGTH_M, bone_places, template
 
 _SEGMENT_LENGTH_M = {
     ("shoulder", "elbow"): 0.31,
@@ -185,5 +185,5 @@ def _fingers(columns: dict[str, int], positions: Floats) -> list[Size]:
         if len(hand) >= _LEAST_MARKERS and len(whole):
             away = np.linalg.norm(whole[:, :, None] - whole[:, None], axis=3)
             length = float(np.percentile(np.nanmax(away, axis=(1, 2)), 95))
-            sizes.append(Size(length / HAND_LENGTH, "a hand, at its widest,", length))
+            sizes.append(Size(length / HAND_LENGTH_M, "a hand, at its widest,", length))
     return _known(sizes)

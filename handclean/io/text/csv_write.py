@@ -13,7 +13,7 @@ from handclean.io.shared.reading import check_unique
 from handclean.io.shared.writing import Columns, columns_of, rows, write_lines
 from handclean.io.text.csv_columns import PLACE, TRUSTED, TURN, head_of
 from handclean.io.text.csv_header import MARK
-from handclean.recording import Recording, only_finite
+from handclean.recording import Recording
 from handclean.remarks import Remark
 
 
@@ -29,7 +29,6 @@ def write_csv(path: Path, recording: Recording) -> tuple[Remark, ...]:
     FileError
         If there is nothing to write, or two columns would have one name.
     """
-    recording = only_finite(recording)
     has_points = recording.unlabelled is not None and len(recording.unlabelled.frame)
     columns = None
     if recording.markers is not None or has_points or not recording.motions:

@@ -26,7 +26,7 @@ from handclean.io.shared.grid import Form, Lines, read_numbers
 from handclean.io.shared.reading import check_unique, finite, load_text, reported, text
 from handclean.io.shared.rotations import euler_from_matrix, matrix_from_quaternion
 from handclean.io.shared.writing import motions_of, rows, write_lines
-from handclean.recording import Motion, Recording, only_finite
+from handclean.recording import Motion, Recording
 from handclean.remarks import Remark, remark
 
 _MOST_HEADER_LINES = 100
@@ -46,7 +46,6 @@ def write_mot(path: Path, recording: Recording) -> tuple[Remark, ...]:
         If there are no angles, no frame is whole and trusted, or a name cannot stand in
         a MOT file.
     """
-    recording = only_finite(recording)
     names, blocks = ["time"], [recording.clock[:, None]]
     motions = motions_of(path, recording)
     remarks: list[Remark] = []

@@ -19,7 +19,7 @@ import numpy as np
 from handclean.errors import FileError
 from handclean.io.shared.writing import Columns, columns_of, rows, write_lines
 from handclean.io.text.trc_read import OWN
-from handclean.recording import Recording, only_finite
+from handclean.recording import Recording
 from handclean.remarks import Remark, remark
 
 _KEYS = (
@@ -55,7 +55,6 @@ def write_trc(
     FileError
         If there are no markers, or a name is blank.
     """
-    recording = only_finite(recording)
     remarks: list[Remark] = []
     points = recording.unlabelled
     if not unnamed and points is not None and len(points.frame):

@@ -33,7 +33,16 @@ def unit_hint(cloud: Cloud, model: Model) -> str:
 
 
 def markers_unit_hint(positions: Floats, model: Model) -> str:
-    """Say the same of a hand's own markers (T, M, 3) [m], NaN where missing."""
+    """Say that a hand's own markers are ten or more times too far apart, or too close.
+
+    Parameters
+    ----------
+    positions : (T, M, 3) [m], NaN where missing.
+
+    Returns
+    -------
+    A question about the unit; "" where the markers may be a hand's.
+    """
     seen = np.asarray(np.isfinite(positions).all(axis=2))
     rows = np.flatnonzero(seen.sum(axis=1) >= min(4, len(model.labels)))
     return _hint([positions[t, seen[t]] for t in _spread(rows)], model)

@@ -10,7 +10,7 @@ from handclean.labels.points import Cloud
 from handclean.labels.track.state import ABSENT, FOLLOWED, RETURNED, TrackResult
 
 SAMPLES = 6
-"""Frames of a path that are looked at."""
+"""Frames of a path that are looked at (chosen)."""
 
 
 class Glance(NamedTuple):

@@ -14,7 +14,7 @@ from handclean.labels.track.state import FrameSequence, FrameState, TrackResult
 from handclean.labels.track.tracker import Tracker
 
 MAX_JUMP_COST = 4.0
-"""What it costs at most that a finger jumped."""
+"""What it costs at most that a finger jumped (chosen)."""
 
 
 class Renaming(NamedTuple):

@@ -12,13 +12,14 @@ from handclean.labels.track.state import FrameSequence, TrackResult
 from handclean.labels.track.tracker import Tracker
 
 AROUND = 2
-"""Frames on either side over which the cost is averaged."""
+"""Frames on either side over which the cost is averaged (chosen)."""
 
 EXPECTED = 2.0
-"""Cost per assigned marker that is not worth a look, whatever the others cost."""
+"""Cost per assigned marker that is not worth a look, whatever the others cost
+(chosen)."""
 
 BESIDE = 0.04
-"""[m] a point nearer than this to a marker's place is near the hand."""
+"""[m] a point nearer than this to a marker's place is near the hand (chosen)."""
 
 
 @jit

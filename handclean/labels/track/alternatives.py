@@ -31,9 +31,9 @@ standard deviations. Chosen: two standard deviations of one marker."""
 SEARCH_ROUNDS = 6
 """Rounds of assignment in `search_missing_fingers` at most. Chosen."""
 
-EXCHANGES, MAX_EXCHANGED = 4, 4
+EXCHANGES, MAX_EXCHANGED_MARKERS = 4, 4
 """Exchanges in a row at most, and markers of a finger that are exchanged at most: as
-many as marker sets put on one."""
+many as marker sets put on one. Chosen."""
 
 
 @jit
@@ -88,7 +88,7 @@ def exchange_fingers(
         lowest = cost
         for one in range(1, fingers + 1):
             for other in range(one + 1, fingers + 1):
-                for depth in range(1, MAX_EXCHANGED + 1):
+                for depth in range(1, MAX_EXCHANGED_MARKERS + 1):
                     exchanged, deep_enough = exchange_outer_markers(
                         base, one, other, depth, branch, rank
                     )

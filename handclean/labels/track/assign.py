@@ -29,7 +29,7 @@ from handclean.labels.track.state import (
     frame_points,
 )
 from handclean.labels.track.tracker import REFERENCE_ERROR_M, Tracker, TrackRules
-from handclean.numerics.assignment import NONE, assign_rows
+from handclean.numerics.assignment import NO_POINT, assign_rows
 
 GATE_SCALE_STEP, MAX_GATE_SCALE = 2.5, 6.25
 """By how much all gates widen where too few markers find a point, and how far at most.
@@ -195,7 +195,7 @@ def reassign_missing(
     for m in range(markers):
         if state.weight[m] <= 0.0:
             missing += 1
-            chosen[m] = NONE
+            chosen[m] = NO_POINT
     if missing == 0 or markers - missing >= points.shape[0]:
         return
     places = expected_places(state.pose, stats.bias, tracker)

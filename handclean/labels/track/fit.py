@@ -22,7 +22,8 @@ from handclean.labels.track.tracker import Tracker
 from handclean.numerics.assignment import assign_rows
 
 MIN_POINTS = 4
-"""Markers with a point that a pose is fitted to at least; three fit too easily."""
+"""Markers with a point that a pose is fitted to at least; three fit too easily.
+Chosen."""
 
 MAX_ROUNDS, SUBSPACE_ROUNDS = 20, 4
 """Rounds of `assign_and_solve` at most, and how many of them begin in the posture

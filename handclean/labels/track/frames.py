@@ -71,7 +71,7 @@ RECOVERY_GATE_PER_REACH = 3.0
 """Gate of `recover_pose`, in units of the setting ``reach_m``. Chosen."""
 
 NO_FIT_COST = 1e9
-"""Stands for the cost of a pose that fits too few points; any fit is better."""
+"""Stands for the cost of a pose that fits too few points; any fit is better. Chosen."""
 
 
 @jit

@@ -169,7 +169,12 @@ def start_stats(target: TrackTarget, rules: TrackRules, unseen: Ints) -> MarkerS
 
 
 def new_state(markers: int, hinges: int) -> FrameState:
-    """Return the state before the first frame; its pose is still to be set."""
+    """Return the state before the first frame; its pose is still to be set.
+
+    Parameters
+    ----------
+    markers, hinges : how many there are, M and D.
+    """
     progress = cast(Progress, np.zeros(1, dtype=_PROGRESS).view(np.recarray)[0])
     progress.open_level = ROOT_OPEN
     progress.velocity_share = 1.0
@@ -193,7 +198,12 @@ def new_state(markers: int, hinges: int) -> FrameState:
 
 
 def empty_result(frames: int, markers: int, hinges: int) -> TrackResult:
-    """Return the result of a take in which nothing was tracked."""
+    """Return the result of a take in which nothing was tracked.
+
+    Parameters
+    ----------
+    frames, markers, hinges : how many there are, T, M and D.
+    """
     return TrackResult(
         pose=np.zeros((frames, 7 + hinges)),
         chosen=np.full((frames, markers), -1),

@@ -54,9 +54,9 @@ Chosen: the whole-hand postures that `start_postures` lists first."""
 SOLVER_STEPS = 20
 """Gauss-Newton steps of a solve at most. Chosen."""
 
-NEIGHBOUR_DEPTH_M = 1e-3
-"""Weight of a marker's distance along its bone, against whole bones, when the markers
-of a finger are put in order; under 1, so that bones come first."""
+NEIGHBOUR_DEPTH_WEIGHT = 1e-3
+"""Weight of a marker's distance along its bone [m], against whole bones, when the
+markers of a finger are put in order; under 1, so that bones come first. Chosen."""
 
 
 class TrackRules(NamedTuple):
@@ -127,7 +127,13 @@ class Tracker(NamedTuple):
 
 
 def track_setup(settings: LabelConfig, solving: SolveConfig, rate: float) -> TrackSetup:
-    """Return settings with the tracker's numbers for a frame rate [Hz]."""
+    """Return settings with the tracker's numbers for a frame rate.
+
+    Parameters
+    ----------
+    settings : of labelling; solving : of inverse kinematics.
+    rate : [Hz]
+    """
     ghosts = settings.ghosts_per_hand / HAND_VOLUME_M3
     volume = (2.0 * math.pi) ** 1.5 * REFERENCE_ERROR_M**3
     step = ACCELERATION_SHARE * settings.acceleration_m_s2 / rate**2
@@ -185,7 +191,7 @@ def _branch_of_links(chain: Chain) -> Ints:
 
 def _rank_on_branch(chain: Chain, branch_of_link: Ints) -> Ints:
     """(M,) how many markers of its branch lie further out than each."""
-    depth = NEIGHBOUR_DEPTH_M * np.linalg.norm(chain.at, axis=1)
+    depth = NEIGHBOUR_DEPTH_WEIGHT * np.linalg.norm(chain.at, axis=1)
     for m, link in enumerate(chain.link):
         up = int(link)
         while up > 0:

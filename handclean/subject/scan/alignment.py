@@ -21,7 +21,7 @@ from handclean.errors import HandcleanError, UsageError
 from handclean.hand.model import Model, bone_rotations, joint_positions
 from handclean.hand.skinning import posed
 from handclean.hand.surface import Surface, rest_joints, vertex_normals
-from handclean.hand.template import HAND_LENGTH
+from handclean.hand.template import HAND_LENGTH_M
 from handclean.kernels import bundle, pose_fit
 from handclean.numerics.cloud import thinned
 from handclean.numerics.procrustes import align
@@ -291,7 +291,7 @@ def _expect_a_hand(template: Template, places: Floats) -> None:
     if 0.35 < ratio < 2.0:
         return
     power = 10.0 ** np.round(np.log10(max(ratio, 1e-12)))
-    what = f"the landmarks span a hand about {1e3 * ratio * HAND_LENGTH:.3g} mm long"
+    what = f"the landmarks span a hand about {1e3 * ratio * HAND_LENGTH_M:.3g} mm long"
     if power >= 10 or power <= 0.1:
         factor = power if power > 1 else 1 / power
         much = "large" if power > 1 else "small"

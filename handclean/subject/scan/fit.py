@@ -19,7 +19,7 @@ from handclean.errors import HandcleanError, UsageError
 from handclean.hand.model import Model
 from handclean.hand.subject import Subject
 from handclean.hand.surface import Surface
-from handclean.hand.template import FINGERS, HAND_LENGTH, distal_length, template
+from handclean.hand.template import FINGERS, HAND_LENGTH_M, distal_length, template
 from handclean.hand.template_surface import landmarks as template_landmarks
 from handclean.hand.template_surface import template_surface
 from handclean.numerics.triangles import closest
@@ -229,7 +229,7 @@ def drawn(
         aligned.vertices(),
         template.surface.faces,
         Pairs(rows=template.landmarks, places=places),
-        template.tree.scale * HAND_LENGTH,
+        template.tree.scale * HAND_LENGTH_M,
     )
     for stiffness in falling(settings.stiff, settings.middle, settings.steps):
         progress(f"skin by landmarks, stiffness {stiffness:.0e}")

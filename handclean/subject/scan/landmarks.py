@@ -17,7 +17,7 @@ OTHER_PLACE_SHARE = 0.12
 """A landmark farther from the aligned template's than this share is another place
 (chosen)."""
 
-ODD_M = 0.014
+FAR_LANDMARK_M = 0.014
 """[m] of a hand of the template's size: a landmark farther from the aligned template's
 is remarked on. Of 11 simulated people the farthest of 20 was 4 to 11 mm away; of two
 neighbours exchanged, where `OTHER_PLACE_SHARE` had let them pass, one was 9 to 34."""
@@ -137,7 +137,7 @@ def doubtful(
     for one, two in np.argwhere(np.triu(better, 1)).tolist():
         told.append(f"{names[one]} and {names[two]} would fit better exchanged")
     for n in np.argsort(-own).tolist():
-        if own[n] > ODD_M * size and not better[n].any():
+        if own[n] > FAR_LANDMARK_M * size and not better[n].any():
             told.append(f"{names[n]} lies {1e3 * own[n]:.0f} mm from where it should")
     if not told:
         return ()

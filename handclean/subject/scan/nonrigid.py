@@ -47,7 +47,7 @@ Find = Callable[[Floats, Floats], Pairs]
 """Finds pairs for vertices (V, 3) [m] with normals (V, 3)."""
 
 SOLUTIONS_PER_FACTOR = 2
-"""Solutions with the same factors at every value of l_reg."""
+"""Solutions with the same factors at every value of l_reg (chosen)."""
 
 
 @dataclass(frozen=True, kw_only=True)

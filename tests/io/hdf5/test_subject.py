@@ -11,7 +11,7 @@ from handclean.errors import FileError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.hand.surface import Surface
-from handclean.hand.template import HAND_LENGTH
+from handclean.hand.template import HAND_LENGTH_M
 from handclean.io.hdf5.file import read_h5, write_h5
 from handclean.io.hdf5.parts import Array, Part
 from handclean.io.hdf5.subject import FORMAT, read_subject, write_subject
@@ -100,7 +100,7 @@ def test_inspecting_a_subject_tells_whose_hand_it_is_and_how_well_known(
     assert set(found) <= set(FIGURES)
     tree = scanned.model.tree
     assert (found["name"], found["side"]) == ("S07", tree.side)
-    assert found["length_mm"] == pytest.approx(1e3 * HAND_LENGTH * tree.scale)
+    assert found["length_mm"] == pytest.approx(1e3 * HAND_LENGTH_M * tree.scale)
     assert found["residual_mm"] == pytest.approx(0.25)
     assert (found["skin"], found["vertices"], found["faces"]) == (True, 4, 4)
     assert found["marker_count"] == len(scanned.model.labels)
