@@ -1,6 +1,7 @@
 """The public API gives what the commands give, and its examples run as they stand."""
 
 import doctest
+import json
 import os
 import subprocess
 import sys
@@ -210,3 +211,36 @@ def test_without_pandas_a_table_is_an_error_that_says_so(monkeypatch):
     motion = Motion(names=("a",), angles=np.zeros((2, 1)))
     with pytest.raises(hc.HandcleanError, match="needs pandas"):
         motion.to_dataframe()
+
+
+def test_what_made_a_take_stands_beside_a_file_that_cannot_hold_it(folder):
+    take, subject = hc.read(folder / "labelled.c3d"), hc.read_subject(folder / "S01.h5")
+    made, place = hc.solve(take, subject), folder / "beside.c3d"
+    record = folder / "beside.c3d.made.json"
+    record.write_text("somebody's own")
+    told = hc.write(made, place)
+    assert any("kept as beside.c3d.made.json~" in one.text for one in told)
+    assert (folder / "beside.c3d.made.json~").read_text() == "somebody's own"
+    entry = json.loads(record.read_text())["provenance"][-1]
+    again = hc.read(place)
+    assert [one["command"] for one in again.provenance] == ["solve"]
+    assert len(entry["warnings"]) == len(made.remarks) + len(told) - 1
+    command(folder, "convert", "labelled.c3d", "-o", place.name)  # it is ours: replaced
+    assert [one["command"] for one in hc.read(place).provenance] == ["convert"]
+    hc.write(take, place)
+    assert not record.exists(), "no step made it"
+    assert hc.read(place).provenance == ()
+
+
+def test_scans_and_sessions_with_a_glove_are_simulated(tmp_path):
+    (scan,) = hc.simulate("scan", scan_points=2000, seed=2)
+    assert scan.points.shape == scan.normals.shape == (len(scan.colors), 3)
+    assert scan.subject.surface is not None
+    (session,) = hc.simulate("glove", glove="generic5", donnings=1, duration_s=1.0)
+    assert all(len(take.times) == len(take.angles) for take in session.takes)
+    assert session.takes[0].readings.shape[1] == len(session.sensors) == 5
+    (tmp_path / "my.toml").write_text("kind = 'scan'\nscan_points = 2000\nseed = 2\n")
+    (same,) = hc.simulate(tmp_path / "my.toml")
+    np.testing.assert_array_equal(same.points, scan.points)
+    with pytest.raises(hc.HandcleanError, match="no glove is called 'generic'"):
+        hc.simulate("glove", glove="generic")

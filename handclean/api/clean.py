@@ -15,7 +15,8 @@ from handclean.api.label import lost, of_labels, renamed
 from handclean.api.records import recorded
 from handclean.api.results import StepResult
 from handclean.api.settings import sorted_settings
-from handclean.api.solve import doubts, misplaced, of_motions, untold
+from handclean.api.solve import of_motions
+from handclean.api.verdicts import doubts, misplaced, untold
 from handclean.gaps.fill import fill
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig

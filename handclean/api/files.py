@@ -1,12 +1,13 @@
 """Takes and subjects from files and into files, and what is in a file."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from handclean.api.contents import contents_of
 from handclean.api.given import Subjects
 from handclean.api.hands import names_of
 from handclean.errors import FileError, UsageError
@@ -16,7 +17,7 @@ from handclean.io.hdf5.subject import read_subject as read_subject_file
 from handclean.io.hdf5.subject import write_subject
 from handclean.recording import Recording
 from handclean.remarks import Remark
-from handclean.runner import records
+from handclean.runner import outputs, provenance, records
 
 
 def read(
@@ -102,7 +103,9 @@ def write(
 ) -> tuple[Remark, ...]:
     """Write a take or a subject; the file appears whole or not at all.
 
-    A file that stands there is replaced.
+    A file that stands there is replaced. What made a take is recorded in an ``.h5``
+    itself, beside any other file in ``NAME.made.json``, so that `read` and the commands
+    know it again.
 
     Parameters
     ----------
@@ -117,7 +120,8 @@ def write(
     Returns
     -------
     tuple of Remark
-        What the format cannot hold, or holds otherwise.
+        What the format cannot hold, or holds otherwise, and what was kept of a file
+        that stood in the record's place.
 
     Raises
     ------
@@ -134,7 +138,8 @@ def write(
     ()
     """
     path = Path(path)
-    if isinstance(what, Subject) and path.suffix.lower() != ".h5":
+    has_record = path.suffix.lower() == ".h5"
+    if isinstance(what, Subject) and not has_record:
         raise UsageError("a subject is written as .h5", where=path)
     made = [subjects] if isinstance(subjects, Subject) else list(subjects)
     skins = {
@@ -150,11 +155,39 @@ def write(
                 write_subject(staged, what)
             else:
                 remarks = files.write(staged, what, surfaces=skins)
+                if not has_record:
+                    remarks += _put_record(staged, path, what.provenance, remarks)
             os.replace(staged, path)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise FileError(path, f"cannot be written: {reason}") from None
     return remarks
+
+
+def _put_record(
+    staged: Path,
+    path: Path,
+    history: Sequence[Mapping[str, Any]],
+    remarks: Sequence[Remark],
+) -> tuple[Remark, ...]:
+    """Put the record of a staged file beside its place; remark on what was kept there.
+
+    A take that no step has made has none, and an old record goes.
+    """
+    place = records.sidecar(path)
+    is_foreign = place.exists() and not records.is_record(place)
+    if not history:
+        if not is_foreign:
+            place.unlink(missing_ok=True)
+        return ()
+    kept = (outputs.keep(place, place),) if is_foreign else ()
+    *earlier, last = history
+    last = {"warnings": [], "remarks": [], **last}
+    whole = provenance.with_remarks(last, remarks, path)
+    record = staged.with_name(place.name)
+    records.write_sidecar(record, staged, (*earlier, whole))
+    os.replace(record, place)
+    return kept
 
 
 def inspect(
@@ -173,8 +206,8 @@ def inspect(
     -------
     mapping
         Plain values by the names of ``handclean inspect --json``: ``frames``, ``rate``
-        [Hz], ``markers``, ``gaps``, ``remarks`` ... Of a data glove's files only what
-        every HDF5 file of ours has.
+        [Hz], ``markers``, ``gaps``, ``remarks`` ... What the command lists as ``other``
+        stands among them.
 
     Raises
     ------
@@ -192,4 +225,4 @@ def inspect(
     >>> about["format"], about["frames"], len(about["markers"])
     ('c3d', 25, 26)
     """
-    return files.inspect(path, rate_hz=rate_hz, unit=unit)
+    return contents_of(Path(path), rate_hz=rate_hz, unit=unit)

@@ -10,7 +10,7 @@ from handclean.api.hands import Hands, uncalibrated
 from handclean.api.records import recorded
 from handclean.api.results import StepResult
 from handclean.api.settings import sorted_settings
-from handclean.api.solve import (
+from handclean.api.verdicts import (
     doubts,
     expect_fits,
     expect_seen,

@@ -10,7 +10,7 @@ from handclean.api.hands import Hands, uncalibrated
 from handclean.api.records import recorded
 from handclean.api.results import StepResult
 from handclean.api.settings import sorted_settings
-from handclean.api.solve import doubts
+from handclean.api.verdicts import doubts
 from handclean.hand.subject import Subject
 from handclean.labels.label import LabelFigures
 from handclean.labels.label import label as label_take

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any
 
-from handclean import __version__
 from handclean.api.hands import Hands
 from handclean.api.results import VERDICTS, StepResult
 from handclean.recording import Recording
@@ -35,18 +34,8 @@ def recorded(
             inputs.append({"role": "subject", "name": subject.name, "sha256": known})
     if hands.prior_sha256 is not None:
         inputs.append({"role": "prior", "sha256": hands.prior_sha256})
-    entry = {
-        "command": command,
-        "version": __version__,
-        "code": provenance.code(),
-        "settings": provenance.plain(_plain(settings)),
-        "inputs": inputs,
-        "made": provenance.made_at(),
-        "figures": provenance.plain(done.figures),
-        "warnings": [],
-        "remarks": [],
-    }
-    entry = provenance.with_remarks(entry, done.remarks, None)
+    begun = provenance.begin(command, _plain(settings), inputs)
+    entry = provenance.finished(begun, done.figures, done.remarks)
     earlier = [one for one in before.remarks if one.kind not in VERDICTS]
     return replace(
         done.take,

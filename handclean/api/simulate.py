@@ -1,37 +1,68 @@
-"""Takes with known truth."""
+"""Takes, scans and readings of gloves, with known truth."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, overload
 
-from handclean.errors import UsageError
+from handclean.glove.poses import key_poses
+from handclean.simulation.glove import GloveSession, simulate_glove
+from handclean.simulation.scan import Scan
 from handclean.simulation.scenarios import find_scenario, settings_for
-from handclean.simulation.simulate import Trial
-from handclean.simulation.simulate import simulate as simulate_trials
+from handclean.simulation.simulate import Trial, simulate_scan
+from handclean.simulation.simulate import simulate as simulate_takes
 
 
-def simulate(scenario: Path | str, **settings: Any) -> tuple[Trial, ...]:
-    """Make takes of a simulated hand, as ``handclean simulate``.
+@overload
+def simulate(
+    scenario: Literal["grasp", "rom", "free", "demo"], **settings: Any
+) -> tuple[Trial, ...]: ...
+
+
+@overload
+def simulate(scenario: Literal["scan"], **settings: Any) -> tuple[Scan, ...]: ...
+
+
+@overload
+def simulate(
+    scenario: Literal["glove"], **settings: Any
+) -> tuple[GloveSession, ...]: ...
+
+
+@overload
+def simulate(
+    scenario: Path | str, **settings: Any
+) -> tuple[Trial | Scan | GloveSession, ...]: ...
+
+
+def simulate(
+    scenario: Path | str, **settings: Any
+) -> tuple[Trial | Scan | GloveSession, ...]:
+    """Make takes, scans or readings of a simulated hand, as ``handclean simulate``.
 
     Parameters
     ----------
     scenario : str or path
-        ``grasp``, ``rom``, ``free``, ``demo``, or a TOML file with a kind and settings.
+        ``grasp``, ``rom``, ``free``, ``demo``, ``scan``, ``glove``, or a TOML file with
+        a kind and settings.
     **settings
         Fields of `handclean.simulation.settings.SimulateConfig`: ``trials``, ``seed``,
         ``duration_s`` [s], ``rate_hz`` [Hz] ...
 
     Returns
     -------
-    tuple of Trial
-        Each with ``unlabelled``, ``labelled`` and ``truth``, takes of T frames, and
-        ``subject``. The same settings and seed give the same takes.
+    tuple
+        One for each trial; the same settings and seed give the same. Of takes a
+        ``Trial`` with ``unlabelled``, ``labelled`` and ``truth``, takes of T frames,
+        and ``subject``. Of ``scan`` a ``Scan`` with ``points`` (P, 3) [m],
+        ``landmarks`` [m] by name and the true ``subject`` and ``pose``. Of ``glove`` a
+        ``GloveSession`` whose ``takes`` have ``times`` (T,) [s], ``readings`` (T, S)
+        and the true ``angles`` (T, D) [rad].
 
     Raises
     ------
-    HandcleanError
-        If the scenario, marker set or a grasp class is unknown.
     UsageError
-        If a setting is wrong, or the scenario makes no takes of markers.
+        If there is no such scenario, or a setting is wrong.
+    HandcleanError
+        If the marker set, the glove or a grasp class is unknown.
 
     Examples
     --------
@@ -41,10 +72,11 @@ def simulate(scenario: Path | str, **settings: Any) -> tuple[Trial, ...]:
     (25, 26)
     """
     found = find_scenario(scenario)
-    if found.kind in ("scan", "glove"):
-        right = "'handclean simulate' writes its files"
-        raise UsageError(
-            f"scenario {found.name}: makes no takes of markers; {right}",
-            where="simulate",
-        )
-    return tuple(simulate_trials(found.kind, settings_for(found, **settings)))
+    chosen = settings_for(found, **settings)
+    numbers = range(chosen.trials)
+    if found.kind == "scan":
+        return tuple(simulate_scan(found.kind, chosen, number) for number in numbers)
+    if found.kind == "glove":
+        poses = key_poses()
+        return tuple(simulate_glove(chosen, number, poses) for number in numbers)
+    return tuple(simulate_takes(found.kind, chosen))

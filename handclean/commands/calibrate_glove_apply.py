@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from handclean.api import glove_files
 from handclean.arrays import Bools, Floats
-from handclean.commands.shared import glove_files
+from handclean.commands.shared import glove_sources
 from handclean.commands.shared.choices import GloveApplying
 from handclean.commands.shared.scratch import Scratch
 from handclean.errors import FileError, HandcleanError, UsageError
@@ -63,8 +64,8 @@ def calibrate_glove_apply(source: Source, settings: GloveApplying) -> Outcome:
             "--calibration: is missing; 'handclean calibrate-glove fit' makes one"
         )
     calibration = glove_files.read_calibration(given)
-    tree, subject = glove_files.tree_of(source, calibration.glove)
-    found, places = glove_files.opened(source, calibration.glove)
+    tree, subject = glove_sources.tree_of(source, calibration.glove)
+    found, places = glove_sources.opened(source, calibration.glove)
     widths = {"angles": len(tree.hinges), "sigma": len(tree.hinges), "trusted": 1}
     scratch = Scratch(widths | ({"tips": 3 * _FINGERTIPS} if settings.tips else {}))
     tally = _Tally(calibration)

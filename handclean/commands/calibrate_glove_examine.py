@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from handclean.commands.shared import glove_files
+from handclean.commands.shared import glove_sources
 from handclean.commands.shared.choices import GloveExamining
 from handclean.errors import FileError, UsageError
 from handclean.glove import examine
@@ -35,7 +35,7 @@ def calibrate_glove_examine(
             f"--moved: is given {len(settings.moved)} times for {len(sources)} files; "
             "give it once for each, in their order"
         )
-    glove = glove_files.glove_of(sources[0], settings.glove)
+    glove = glove_sources.glove_of(sources[0], settings.glove)
     named = settings.moved or ("",) * len(sources)
     recordings = [
         _recording(source, glove, given)
@@ -72,7 +72,7 @@ def calibrate_glove_examine(
 
 def _recording(source: Source, glove: Glove, named: str) -> examine.Moved:
     """Read a recording and whose joints moved in it: as named, or as it says itself."""
-    found, _, readings = glove_files.whole(source, glove)
+    found, _, readings = glove_sources.whole(source, glove)
     given = named or found.facts.get("moved", "")
     if not given and (match := _MOVED.search(source.path.stem)):
         given = match[1]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from handclean.commands.shared import glove_files
+from handclean.api import glove_files
 from handclean.commands.shared.choices import GloveFitting
 from handclean.errors import HandcleanError, UnknownSettingError
 from handclean.glove import samples as samples_of

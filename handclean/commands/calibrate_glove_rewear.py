@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from handclean.commands.shared import glove_files
+from handclean.api import glove_files
 from handclean.commands.shared.choices import GloveRewearing
 from handclean.errors import FileError, HandcleanError, UsageError
 from handclean.glove import samples as samples_of

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from handclean.commands.shared import glove_files, glove_known
+from handclean.api import glove_files
+from handclean.commands.shared import glove_known, glove_sources
 from handclean.commands.shared.choices import GloveSampling
 from handclean.commands.shared.glove_known import GloveRecording, Sampled, Stated
 from handclean.errors import FileError, UsageError
@@ -83,7 +84,7 @@ def _of_file(
     source: Source, settings: GloveSampling, glove: Glove, mode: str, known: Stated
 ) -> _File:
     """Make samples of one file of readings."""
-    found, times, readings = glove_files.whole(source, glove)
+    found, times, readings = glove_sources.whole(source, glove)
     inside = (times >= times[0] + settings.sample.skip_s) & (
         times <= times[-1] - settings.sample.skip_s
     )
@@ -195,7 +196,7 @@ def _mode(source: Source, settings: GloveSampling) -> str:
 def _glove(source: Source, settings: GloveSampling) -> Glove:
     if "start" in source.files and not (settings.glove or "glove" in source.files):
         return glove_files.read_calibration(source.files["start"]).glove
-    return glove_files.glove_of(source, settings.glove)
+    return glove_sources.glove_of(source, settings.glove)
 
 
 def _doubles(samples: Samples) -> list[Remark]:

@@ -1,17 +1,15 @@
 """What is in a file, and what is odd about it."""
 
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from typing import Any
 
+from handclean.api.contents import OF_GLOVES, contents_of
+from handclean.commands.shared import glove_words
 from handclean.commands.shared.choices import Inspecting
 from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
-from handclean.io import files
 from handclean.io.c3d.verdict import Verdict
 from handclean.io.c3d.verify import verify_c3d
-from handclean.io.hdf5 import seal
-from handclean.io.shared.reading import with_remarks
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
 
@@ -89,9 +87,7 @@ FIGURES = {
 }
 
 
-_OF_GLOVES = ("handclean glove samples", "handclean glove calibration")
-
-_OF_ANY = ("format", "parts", "traps", "remarks")
+_OF_ANY = ("format", "parts", "traps", "trap_count", "remarks")
 """Figures of HDF5 of an unknown kind; its attributes may be called anything."""
 
 _MORE = {"point": " without a name", "joint": " with angles"}
@@ -107,33 +103,22 @@ def inspect(source: Source, settings: Inspecting | None) -> Outcome:
     """
     verdict = _verified(source) if settings is not None and settings.verify else None
     told = options_of(source)
-    about = files.inspect(
+    about = contents_of(
         source.path,
         rate_hz=told.rate_hz,
         unit=told.unit,
         believe_coordinates=told.believe_coordinates,
     )
-    glove = None
-    if about["format"] in _OF_GLOVES:  # late, as it takes half a second
-        glove = import_module("handclean.commands.shared.glove_inspect")
-        with seal.tolerated(True) as broken:
-            found = glove.inspect_glove(source.path, about)
-        about = with_remarks(found, broken)
     known = _OF_ANY if "parts" in about else FIGURES
     figures = {name: about.pop(name) for name in known if name in about}
-    if "markers" in figures:
-        figures["marker_count"] = len(figures["markers"])
-    figures["trap_count"] = len(figures.setdefault("traps", []))
     if about:
         figures["other"] = about
     if verdict is not None:
         return _compared(figures, verdict)
-    if glove is None or "rotations" not in figures:
+    if figures["format"] not in OF_GLOVES or "rotations" not in figures:
         return Outcome(line=in_words(figures), figures=figures)
-    more = glove.in_words(figures)
-    return Outcome(
-        line=in_words(figures, more), figures=figures, details=glove.rows(figures)
-    )
+    line = in_words(figures, glove_words.in_words(figures))
+    return Outcome(line=line, figures=figures, details=glove_words.rows(figures))
 
 
 def _verified(source: Source) -> Verdict:

@@ -116,7 +116,7 @@ FORMATS = (
     Format(
         suffix=".bvh",
         read="bvh.angles:read_bvh_angles",
-        write="bvh.motion:write_bvh",
+        write="bvh.write:write_bvh",
         options=_ASKED,
         keeps=frozenset({"angles", "roots", "skeletons"}),
     ),

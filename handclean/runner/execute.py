@@ -137,7 +137,13 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
         for source in task.sources
     )
     outcome = _outcome(work, replace(task, sources=sources), notice)
-    entry = provenance.finished(begun, outcome, task.about)
+    entry = provenance.finished(
+        begun,
+        outcome.figures,
+        outcome.remarks,
+        line=outcome.line,
+        about=task.about,
+    )
     lost, stood = outputs.write(task, outcome, entry, work.command, states)
     return _done(entry["figures"], outcome, (*lost, *stood))
 

@@ -19,7 +19,7 @@ from handclean.errors import UsageError
 from handclean.remarks import Remark, from_json, remark
 from handclean.runner.batch import Source, Task
 from handclean.runner.command import Work
-from handclean.runner.outcome import Entry, Outcome
+from handclean.runner.outcome import Entry
 
 SAME = ("command", "version", "code", "settings", "inputs", "seed")
 """What has to be equal for a rerun to be the same.
@@ -54,14 +54,31 @@ def entry(work: Work, task: Task, digests: Mapping[Path, str]) -> dict[str, Any]
             if item["role"] == "input" or item not in inputs:
                 inputs.append(item)
     settings = asdict(work.settings) if work.settings is not None else {}
-    seed = {} if work.seed is None else {"seed": work.seed}
+    return begin(work.command.name, settings, inputs, work.seed)
+
+
+def begin(
+    command: str,
+    settings: Mapping[str, Any],
+    inputs: Sequence[Mapping[str, Any]],
+    seed: int | None = None,
+) -> dict[str, Any]:
+    """Begin a record.
+
+    Parameters
+    ----------
+    command : its name, "fill-gaps".
+    settings : by name, what `plain` takes.
+    inputs : what was read, each with its role and what tells it from others.
+    seed : of everything random; None where nothing is drawn.
+    """
     return {
-        "command": work.command.name,
+        "command": command,
         "version": __version__,
         "code": code(),
         "settings": plain(settings),
-        "inputs": inputs,
-        **seed,
+        "inputs": list(inputs),
+        **({} if seed is None else {"seed": seed}),
     }
 
 
@@ -84,23 +101,30 @@ def _name(path: Path) -> str:
 
 
 def finished(
-    begun: Entry, outcome: Outcome, about: Path | None = None
+    begun: Entry,
+    figures: Mapping[str, Any],
+    remarks: Sequence[Remark],
+    *,
+    line: str = "",
+    about: Path | None = None,
 ) -> dict[str, Any]:
     """Complete a record with what came out, and when.
 
     Parameters
     ----------
+    figures : by name, what `plain` takes.
+    line : what was done, in a few words.
     about : the file that the texts of remarks need not name.
     """
     done = {
         **begun,
         "made": made_at(),
-        "line": outcome.line,
-        "figures": plain(outcome.figures),
+        **({"line": line} if line else {}),
+        "figures": plain(figures),
         "warnings": [],
         "remarks": [],
     }
-    return with_remarks(done, outcome.remarks, about)
+    return with_remarks(done, remarks, about)
 
 
 def with_remarks(

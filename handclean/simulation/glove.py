@@ -15,14 +15,14 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.simulation import glove_motions as motions
-from handclean.simulation.glove_motions import Wearer, make_wearer
-from handclean.simulation.glove_sensors import (
+from handclean.simulation.glove_hardware import (
     Hardware,
     donned,
     draw_fit,
     make_hardware,
-    sensors_of,
 )
+from handclean.simulation.glove_motions import Wearer, make_wearer
+from handclean.simulation.glove_sensors import sensors_of
 from handclean.simulation.settings import SimulateConfig
 
 GLOVE_RATE_HZ = 60.0

@@ -10,8 +10,8 @@ import pytest
 from takes import take_source
 from told import texts
 
+from handclean.api import glove_files
 from handclean.commands import simulate as simulating
-from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import (
     GloveApplying,
     GloveExamining,

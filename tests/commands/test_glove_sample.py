@@ -11,9 +11,10 @@ from click.testing import CliRunner
 from takes import take_source
 from told import texts
 
+import handclean as hc
+from handclean.api import glove_files
 from handclean.cli import main as frame
 from handclean.commands.inspect import inspect
-from handclean.commands.shared import glove_files
 from handclean.commands.shared.choices import (
     GloveExamining,
     GloveFitting,
@@ -330,6 +331,8 @@ def test_inspect_tells_of_samples_and_calibrations(folder, glove):
     about = look(again)
     assert about.figures["worn_again"]
     assert "for another donning" in about.line
+    told = hc.inspect(again)
+    assert {name: told[name] for name in about.figures} == about.figures
 
 
 def test_inspect_tells_what_it_can_of_damaged_samples(folder):

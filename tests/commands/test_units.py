@@ -7,7 +7,7 @@ import pytest
 from takes import take_source
 from told import texts
 
-from handclean.api.solve import doubts
+from handclean.api.verdicts import doubts
 from handclean.commands.fill_gaps import fill_gaps
 from handclean.commands.shared.choices import Filling, Solving
 from handclean.commands.solve import solve as solve_step

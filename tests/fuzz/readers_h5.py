@@ -14,8 +14,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from handclean.api import glove_files
 from handclean.commands.inspect import inspect
-from handclean.commands.shared import glove_files
 from handclean.commands.shared.formats import RECORDS
 from handclean.errors import HandcleanError
 from handclean.glove.calibrate import calibrate

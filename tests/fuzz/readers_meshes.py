@@ -10,7 +10,8 @@ from handclean.errors import HandcleanError, UsageError
 from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import template
 from handclean.io import files
-from handclean.io.gltf.write import SkinnedHand, write_hand, write_hands
+from handclean.io.gltf.skinned import SkinnedHand, write_hands
+from handclean.io.gltf.write import write_hand
 from handclean.io.mesh.meshes import Mesh, expect_faces, read_mesh, write_mesh
 from handclean.io.shapes import read_hand
 from tests.fuzz.inputs import BYTES, TEXT, Reader

@@ -10,7 +10,8 @@ from handclean.glove.poses import key_poses
 from handclean.glove.samples import of_hold
 from handclean.simulation import glove_motions as motions
 from handclean.simulation.glove import simulate_glove, takes_of
-from handclean.simulation.glove_sensors import GLOVES, LARGEST_READING, make_hardware
+from handclean.simulation.glove_hardware import LARGEST_READING, make_hardware
+from handclean.simulation.glove_sensors import GLOVES
 from handclean.simulation.settings import SimulateConfig
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from handclean.api import glove_files
 from handclean.arrays import Bools, Floats, Ints
-from handclean.commands.shared import glove_files, sessions
+from handclean.commands.shared import glove_sources, sessions
 from handclean.commands.shared.choices import GloveSampling
 from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, HandcleanError, Place, UsageError
@@ -176,7 +177,7 @@ def _samples(
 
 def _touching(one: GloveRecording, settings: GloveSampling, glove: Glove) -> Sampled:
     """Samples of rotations that bring fingertips together, where they reach."""
-    tree, _ = glove_files.tree_of(one.source, glove)
+    tree, _ = glove_sources.tree_of(one.source, glove)
     fingers = [name.strip() for name in settings.touch.split(",") if name.strip()]
     chains = reach.chains_of(glove, tree, fingers)
     start, sigma = _start(one, glove)

@@ -15,8 +15,9 @@ from handclean.errors import FileError
 from handclean.hand.template import template
 from handclean.io.bvh.hinge_fit import BoneFit
 from handclean.io.bvh.mapping import map_motion, stand_in
-from handclean.io.bvh.motion import WORLD, BvhMotion, read_bvh
+from handclean.io.bvh.motion import BvhMotion, read_bvh
 from handclean.io.bvh.own import OwnMotion, heads_of, own_hands, own_objects
+from handclean.io.bvh.write import WORLD
 from handclean.io.shared.joint_map import JointMap, shipped
 from handclean.io.shared.reading import Reading
 from handclean.io.shared.rotations import quaternion_from_matrix
@@ -35,7 +36,7 @@ def read_bvh_angles(
 ) -> Reading:
     """Read a BVH file as the joint angles of a hand.
 
-    What `handclean.io.bvh.motion.write_bvh` wrote comes back as it was, every hand of
+    What `handclean.io.bvh.write.write_bvh` wrote comes back as it was, every hand of
     it with its joint tree. Other files get the template hand with their bone lengths
     (see `stand_in`); their angles are NaN and not trusted in frames beside and between
     tracking jumps; the events list them. Parameters ``BVH`` say what the hinges could

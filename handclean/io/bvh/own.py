@@ -1,4 +1,4 @@
-"""Reading back what `handclean.io.bvh.motion` wrote: the numbers that went in.
+"""Reading back what `handclean.io.bvh.write` wrote: the numbers that went in.
 
 The frames of all joints are parallel in the zero posture, so there are no rest
 rotations to be found; the motion is what hinges did, so there is nothing to clean. The
@@ -27,7 +27,8 @@ from handclean.arrays import Floats, Ints
 from handclean.hand.template import template
 from handclean.io.bvh.hinge_fit import BoneFit, fit_of, left_over, principal, twist
 from handclean.io.bvh.hinge_fit import two_hinges as nearest_two
-from handclean.io.bvh.motion import WORLD, BvhMotion
+from handclean.io.bvh.motion import BvhMotion
+from handclean.io.bvh.write import WORLD
 from handclean.io.shared.joint_map import JointMap
 from handclean.io.shared.rotations import (
     about_line,

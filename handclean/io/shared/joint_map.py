@@ -4,7 +4,7 @@ A TOML file with ``left_handed`` (the file's axes), ``unit_m`` (its unit of leng
 ``back`` (out of the back of the hand, in the frame of the root bone's joint) and a
 table ``[bones]``: the joint at the root end of each bone. It says nothing of angles;
 `handclean.io.bvh.angles` finds them from the motion. With ``exact = true`` the frames
-of all joints are parallel in the zero posture, as `handclean.io.bvh.motion` writes
+of all joints are parallel in the zero posture, as `handclean.io.bvh.write` writes
 them, and the hinge angles are what went in (`handclean.io.bvh.own`). What a map says of
 skinned hands besides is read by `handclean.io.gltf.skinned_map`.
 """

@@ -7,7 +7,7 @@ import h5py
 import pytest
 from takes import take_batch, take_source
 
-from handclean.commands.shared import glove_files
+from handclean.api import glove_files
 from handclean.commands.shared.choices import Converting
 from handclean.commands.shared.formats import FORMATS, RECORDINGS, RECORDS
 from handclean.commands.table import COMMANDS, work_of

@@ -21,7 +21,8 @@ from handclean.hand.template import distal_length, template
 from handclean.io import files
 from handclean.io.bvh.angles import read_bvh_angles
 from handclean.io.bvh.mapping import map_motion, stand_in
-from handclean.io.bvh.motion import BvhMotion, read_bvh, write_bvh
+from handclean.io.bvh.motion import BvhMotion, read_bvh
+from handclean.io.bvh.write import write_bvh
 from handclean.io.shared import rotations
 from handclean.io.shared.joint_map import SHIPPED, JointMap, load_joint_map, shipped
 from handclean.recording import Motion, Recording, motion_from_poses

@@ -15,7 +15,8 @@ from handclean.hand.surface import Surface, rest_joints
 from handclean.hand.template import template
 from handclean.hand.template_surface import template_surface
 from handclean.io import files
-from handclean.io.gltf.write import bone_quaternions, write_glb, write_hand
+from handclean.io.gltf.skinned import bone_quaternions
+from handclean.io.gltf.write import write_glb, write_hand
 from handclean.recording import Motion, Recording, motion_from_poses
 
 FRAMES, RATE = 40, 100.0

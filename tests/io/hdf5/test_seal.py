@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from handclean.commands.shared import glove_files
+from handclean.api import glove_files
 from handclean.commands.shared.formats import RECORDS
 from handclean.errors import FileError
 from handclean.hand.marker_set import load_marker_set

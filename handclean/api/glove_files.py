@@ -1,4 +1,4 @@
-"""Samples and calibrations of gloves as files (HDF5), and who reads what."""
+"""Samples and calibrations of gloves as files (HDF5)."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -6,26 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from handclean.arrays import Floats
-from handclean.commands.shared.take_options import options_of
 from handclean.errors import FileError, HandcleanError
-from handclean.glove import readings as checks
 from handclean.glove.calibration import Calibration, Donning, RotationFit
-from handclean.glove.definitions import glove_from_text, load_glove, to_toml
+from handclean.glove.definitions import glove_from_text, to_toml
 from handclean.glove.gloves import Glove
 from handclean.glove.models import from_arrays
 from handclean.glove.samples import Samples
-from handclean.hand.subject import Subject
-from handclean.hand.template import template
 from handclean.io.glove.inspect import is_readings
-from handclean.io.glove.readings import facts_of, open_readings
-from handclean.io.glove.readings_file import ReadingsFile
 from handclean.io.hdf5.file import read_h5, write_h5
 from handclean.io.hdf5.parts import Array, Fact, Part, expect_finite
 from handclean.io.hdf5.provenance import provenance_item
-from handclean.io.hdf5.subject import read_subject
-from handclean.runner.batch import Source
-from handclean.tree import JointTree
 
 SAMPLES = "handclean glove samples"
 CALIBRATION = "handclean glove calibration"
@@ -217,58 +207,3 @@ def _donning(part: Part, sensors: int) -> Donning | None:
     found = part.part("wearing")
     arrays = {name: found.array(name, "", np.float64, sensors) for name in _DONNING}
     return Donning(**arrays, doubt=found.number("doubt"))
-
-
-def opened(source: Source, glove: Glove) -> tuple[ReadingsFile, Any]:
-    """Open a source's readings; return with it the columns of the glove's sensors.
-
-    Raises
-    ------
-    FileError
-        If it is not readings, is of another glove, or lacks a sensor.
-    """
-    rate = options_of(source).rate_hz
-    found = open_readings(source.path, rate_hz=rate, sensors=len(glove.sensors))
-    said = found.facts.get("glove")
-    if isinstance(said, str) and said and said != glove.name:
-        raise FileError(
-            source.path, f"was recorded with glove {said}", f"this is of {glove.name}"
-        )
-    return found, checks.columns(source.path, glove, found.sensors, found.columns)
-
-
-def whole(source: Source, glove: Glove) -> tuple[ReadingsFile, Floats, Floats]:
-    """Read a source whole: the file, (T,) [s] times, (T, S) in the glove's order."""
-    found, places = opened(source, glove)
-    times, values = found.all()
-    return found, times, checks.arranged(values, places)
-
-
-def glove_of(source: Source, name: str) -> Glove:
-    """The glove that is named, or a file, or what the readings say they are of.
-
-    Raises
-    ------
-    FileError, UnknownNameError
-        If there is none, or nothing says which.
-    """
-    given = source.files.get("glove")
-    if given is not None:
-        return load_glove(given)
-    if name:
-        return load_glove(name)
-    said = facts_of(source.path).get("glove")
-    if not isinstance(said, str) or not said:
-        raise FileError(source.path, "does not say its glove", "give --glove")
-    return load_glove(said)
-
-
-def tree_of(source: Source, glove: Glove) -> tuple[JointTree, Subject | None]:
-    """The hand in the glove: the subject's, else the template with a forearm."""
-    told = options_of(source)
-    if told.subjects:
-        subject = read_subject(told.subjects[0])
-        return glove.hand.tree(subject.model.tree), subject
-    side = told.side if told.side in ("left", "right") else "right"
-    wrist = "wrist_flexion" in glove.hand.rotations
-    return glove.hand.tree(template(side, forearm=wrist)), None
