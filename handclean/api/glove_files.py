@@ -30,7 +30,14 @@ _DONNING = ("middle", "shift", "gain")
 def write_samples(
     path: Path, samples: Samples, glove: Glove, provenance: Sequence[Mapping[str, Any]]
 ) -> None:
-    """Write samples, with the glove they are of."""
+    """Write samples, with the glove they are of.
+
+    Parameters
+    ----------
+    path : of the ``.h5``.
+    samples : N readings (N, S) with rotations (N, R) [rad].
+    provenance : the steps that made them.
+    """
     items: dict[str, Any] = {
         "definition": to_toml(glove),
         "sensors": list(samples.sensors),
@@ -99,7 +106,13 @@ def _definition(part: Part) -> str:
 def write_calibration(
     path: Path, calibration: Calibration, provenance: Sequence[Mapping[str, Any]]
 ) -> None:
-    """Write a calibration."""
+    """Write a calibration, with the glove it is of.
+
+    Parameters
+    ----------
+    path : of the ``.h5``.
+    provenance : the steps that made it.
+    """
     fits = {}
     for one in calibration.fits:
         arrays = one.fitted.to_arrays()

@@ -22,10 +22,24 @@ def neighbours(points: Floats, count: int) -> tuple[Floats, Ints]:
 
 
 def plane_normals(points: Floats, count: int = 12) -> Floats:
-    """(P, 3) unit normals of the planes through each point's nearest ones.
+    """Compute normals of the planes through each point's nearest ones.
 
-    Their sign means nothing (Hoppe et al., Surface reconstruction from unorganized
-    points, 1992): see `turned_along`.
+    Parameters
+    ----------
+    points : (P, 3) in any unit; count : neighbours that a plane goes through.
+
+    Returns
+    -------
+    (P, 3) unit vectors; their sign means nothing, see `turned_along`
+
+    Raises
+    ------
+    ShapeError
+        If the points are not (P, 3).
+
+    References
+    ----------
+    Hoppe et al., Surface reconstruction from unorganized points, 1992.
     """
     expect_shape("points", points, "P", 3)
     _, rows = neighbours(points, count)
@@ -40,17 +54,34 @@ def plane_normals(points: Floats, count: int = 12) -> Floats:
 
 
 def turned_along(normals: Floats, directions: Floats) -> Floats:
-    """(P, 3) normals turned round where they point against ``directions`` (P, 3)."""
+    """Turn normals round where they point against a direction.
+
+    Parameters
+    ----------
+    normals, directions : (P, 3)
+
+    Returns
+    -------
+    (P, 3)
+    """
     against = np.einsum("pk,pk->p", normals, directions) < 0.0
     return np.where(against[:, None], -normals, normals)
 
 
 def crowded(points: Floats, count: int, sigmas: float) -> Bools:
-    """(P,) whether a point's neighbours are about as near as those of the others.
+    """Find points whose neighbours are about as near as those of the others.
 
     The mean distance to ``count`` neighbours may exceed the cloud's median by so many
     of its (robust) standard deviations: the statistical outlier removal of Rusu,
     Semantic 3D object maps (2009), section 3.3.
+
+    Parameters
+    ----------
+    points : (P, 3) in any unit; sigmas : how many standard deviations.
+
+    Returns
+    -------
+    (P,)
     """
     away = neighbours(points, count)[0].mean(axis=1)
     middle = float(np.median(away))
@@ -59,10 +90,18 @@ def crowded(points: Floats, count: int, sigmas: float) -> Bools:
 
 
 def clusters(points: Floats, gap: float) -> Ints:
-    """(P,) number of the cluster of each point, 0 being the biggest.
+    """Part points into clusters.
 
     Points belong together when a chain of cubes of side ``gap``, each touching the
     next, leads from one to the other; so gaps up to ``gap`` are always bridged.
+
+    Parameters
+    ----------
+    points : (P, 3); gap : in the same unit.
+
+    Returns
+    -------
+    (P,) number of each point's cluster, 0 being the biggest
     """
     cells, inside = np.unique(
         np.floor((points - points.min(axis=0)) / gap).astype(np.int64),
@@ -83,7 +122,16 @@ def clusters(points: Floats, gap: float) -> Ints:
 
 
 def thinned(points: Floats, count: int) -> Ints:
-    """Rows of at most ``count`` points, spread evenly over the list."""
+    """Choose some of the points, spread evenly over the list.
+
+    Parameters
+    ----------
+    points : (P, 3); count : how many, at most.
+
+    Returns
+    -------
+    their rows, rising
+    """
     if len(points) <= count:
         return np.arange(len(points))
     return np.linspace(0, len(points) - 1, count).round().astype(np.int64)

@@ -47,12 +47,20 @@ class Laplacian:
 
 
 def laplacian(vertices: Floats, faces: Ints) -> Laplacian:
-    """Return the Laplacian of a mesh; V vertices in any unit of length.
+    """Return the Laplacian of a mesh, see the module.
+
+    Parameters
+    ----------
+    vertices : (V, 3) in any unit of length; faces : (F, 3).
 
     Raises
     ------
     ShapeError
         If the arrays are not (V, 3) and (F, 3).
+
+    References
+    ----------
+    Pinkall and Polthier (1993).
     """
     expect_shape("vertices", vertices, "V", 3)
     expect_shape("faces", faces, "F", 3)
@@ -87,11 +95,28 @@ def laplacian(vertices: Floats, faces: Ints) -> Laplacian:
 
 
 def turns_of_rings(rest: Floats, now: Floats, of: Laplacian) -> Floats:
-    """(V, 3, 3) the rotation that carries each vertex' ring of edges best.
+    """Find the rotation that carries each vertex' ring of edges best.
 
-    R_v minimises sum_j w_vj | (x_v - x_j) - R_v (rest_v - rest_j) |^2 (Sorkine and
-    Alexa, As-rigid-as-possible surface modeling, 2007, equation 5), negative weights
+    R_v minimises sum_j w_vj | (x_v - x_j) - R_v (rest_v - rest_j) |^2, negative weights
     counting as 0.
+
+    Parameters
+    ----------
+    rest, now : (V, 3) places before and after, in one unit of length.
+    of : the mesh's Laplacian, which has the weights.
+
+    Returns
+    -------
+    (V, 3, 3) rotations
+
+    Raises
+    ------
+    ShapeError
+        If the places do not fit the mesh.
+
+    References
+    ----------
+    Sorkine and Alexa, As-rigid-as-possible surface modeling, 2007, equation 5.
     """
     expect_shape("rest", rest, len(of.areas), 3)
     expect_shape("now", now, len(of.areas), 3)

@@ -178,7 +178,13 @@ def _in_order(reports: Reports) -> Reports:
 
 
 def jobs_of(batch: Batch) -> int:
-    """Worker processes: as asked for, else as Slurm grants, else one."""
+    """Return how many worker processes to use: as asked, as Slurm grants, else one.
+
+    Raises
+    ------
+    UsageError
+        If Slurm's number is none.
+    """
     if batch.jobs is not None:
         return batch.jobs
     granted = os.environ.get("SLURM_CPUS_PER_TASK", "1")

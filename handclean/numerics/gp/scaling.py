@@ -44,7 +44,12 @@ def _spread(values: Floats) -> Floats:
 
 
 def scaling_of(inputs: Floats, targets: Floats) -> Scaling:
-    """Find shift and size of ``inputs`` (N, S) and ``targets`` (N,)."""
+    """Find the shift and the size of samples, by which they are scaled.
+
+    Parameters
+    ----------
+    inputs : (N, S); targets : (N,).
+    """
     return Scaling(
         center=inputs.mean(axis=0),
         spread=_spread(inputs),

@@ -254,7 +254,17 @@ class SparsePosterior:
 def sparse_posterior(
     evidence: SparseEvidence, logs: Floats, pseudo: Floats
 ) -> SparsePosterior:
-    """Prepare to predict with hyperparameters and pseudo-inputs (M, S)."""
+    """Prepare to predict with hyperparameters and pseudo-inputs.
+
+    Parameters
+    ----------
+    evidence : of the samples, which has evaluated these hyperparameters before.
+    logs : logarithms of the hyperparameters; pseudo : (M, S) pseudo-inputs.
+
+    References
+    ----------
+    Wang & Neff (2013), equations 18 and 19.
+    """
     solved = evidence.solve(np.concatenate([logs, pseudo.ravel()]))
     assert solved is not None, "a vector that was evaluated before"
     summary = solved.summary[:, None]
