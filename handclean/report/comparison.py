@@ -13,8 +13,11 @@ import numpy as np
 from handclean.arrays import Floats
 from handclean.remarks import Remark
 
-MM = 1e3
-DEG = 180.0 / math.pi
+MM_PER_M = 1e3
+"""Millimetres of a metre."""
+
+DEG_PER_RAD = 180.0 / math.pi
+"""Degrees of a radian."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,8 +160,8 @@ class Comparison:
         if self.labels is not None:
             found |= _of_labels(self.labels)
         if self.markers is not None:
-            found |= _of_spread("measured", "mm", self.markers.measured, MM)
-            found |= _of_spread("filled", "mm", self.markers.filled, MM)
+            found |= _of_spread("measured", "mm", self.markers.measured, MM_PER_M)
+            found |= _of_spread("filled", "mm", self.markers.filled, MM_PER_M)
             found["filled_within_1_sigma"] = self.markers.within_one
             found["filled_within_2_sigma"] = self.markers.within_two
         for name, motion in self.motions.items():
@@ -189,14 +192,14 @@ def _of_spread(name: str, unit: str, spread: Spread, scale: float) -> dict[str, 
 
 def _of_motion(before: str, motion: MotionErrors) -> dict[str, float]:
     found = {
-        f"{before}angles_mean_deg": DEG * motion.angles.mean,
-        f"{before}angles_sd_deg": DEG * motion.angles.deviation,
-        f"{before}angles_p95_deg": DEG * motion.angles.p95,
-        f"{before}angles_max_deg": DEG * motion.angles.most,
+        f"{before}angles_mean_deg": DEG_PER_RAD * motion.angles.mean,
+        f"{before}angles_sd_deg": DEG_PER_RAD * motion.angles.deviation,
+        f"{before}angles_p95_deg": DEG_PER_RAD * motion.angles.p95,
+        f"{before}angles_max_deg": DEG_PER_RAD * motion.angles.most,
     }
     for hinge, spread in motion.by_hinge.items():
-        found[f"{before}{hinge}_deg"] = DEG * spread.mean
-    parts = ("translation", "mm", MM), ("rotation", "deg", DEG)
+        found[f"{before}{hinge}_deg"] = DEG_PER_RAD * spread.mean
+    parts = ("translation", "mm", MM_PER_M), ("rotation", "deg", DEG_PER_RAD)
     for part, unit, scale in parts:
         spread = getattr(motion, part)
         if spread is not None:
@@ -210,7 +213,7 @@ def _mean_of(motions: list[MotionErrors]) -> float:
     """[degrees] mean difference of all angles of all motions."""
     counts = [motion.angles.count for motion in motions]
     sums = [m.angles.mean * m.angles.count for m in motions if m.angles.count]
-    return DEG * sum(sums) / sum(counts) if sum(counts) else float("nan")
+    return DEG_PER_RAD * sum(sums) / sum(counts) if sum(counts) else float("nan")
 
 
 def in_text(comparison: Comparison) -> str:
@@ -260,7 +263,7 @@ def _cells(spread: Spread) -> str:
     if spread.count == 0:
         return f"{0:>8}" + 4 * f" {'-':>7}"
     numbers = (spread.mean, spread.median, spread.p95, spread.most)
-    cells = "".join(f" {MM * number:>7.3f}" for number in numbers)
+    cells = "".join(f" {MM_PER_M * number:>7.3f}" for number in numbers)
     return f"{spread.count:>8}{cells}"
 
 
@@ -273,9 +276,12 @@ def _motion_text(name: str, motion: MotionErrors) -> str:
     ]
     for hinge, spread in rows:
         numbers = (spread.mean, spread.deviation, spread.p95, spread.most)
-        cells = " ".join(f"{DEG * number:>8.4f}" for number in numbers)
+        cells = " ".join(f"{DEG_PER_RAD * number:>8.4f}" for number in numbers)
         lines.append(f"{hinge:<{width}}  {cells}")
-    for part, unit, scale in (("translation", "mm", MM), ("rotation", "deg", DEG)):
+    for part, unit, scale in (
+        ("translation", "mm", MM_PER_M),
+        ("rotation", "deg", DEG_PER_RAD),
+    ):
         spread = getattr(motion, part)
         if spread is not None:
             lines.append(

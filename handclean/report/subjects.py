@@ -16,7 +16,7 @@ from handclean.errors import HandcleanError
 from handclean.hand.model import Model, marker_positions, neutral_pose
 from handclean.hand.subject import Subject
 from handclean.ik.solve import solve_markers
-from handclean.report.comparison import MM, Spread, spread_of
+from handclean.report.comparison import MM_PER_M, Spread, spread_of
 from handclean.tree import POSE_HEAD
 
 FLEXED_SHARES = (0.0, 0.4)
@@ -48,13 +48,13 @@ class SubjectComparison:
         found: dict[str, float] = {}
         for name, spread in self._spreads().items():
             if spread.count:
-                found[f"{name}_mean_mm"] = MM * spread.mean
-                found[f"{name}_max_mm"] = MM * spread.most
+                found[f"{name}_mean_mm"] = MM_PER_M * spread.mean
+                found[f"{name}_max_mm"] = MM_PER_M * spread.most
         for joint, (before, after) in self.lengths.items():
-            found[f"length.{joint}_mm"] = MM * (after - before)
+            found[f"length.{joint}_mm"] = MM_PER_M * (after - before)
         for kind, rows in (("joint", self.joints), ("marker", self.markers)):
             for name, distance in rows.items():
-                found[f"{kind}.{name}_mm"] = MM * distance
+                found[f"{kind}.{name}_mm"] = MM_PER_M * distance
         found["missing"] = float(len(self.missing))
         found["extra"] = float(len(self.extra))
         return found
@@ -65,15 +65,19 @@ class SubjectComparison:
         width = max(map(len, names))
         lines = [f"{'[mm]':<{width}}  {'reference':>9} {'test':>9} {'differs':>8}"]
         for joint, pair in self.lengths.items():
-            cells = f"{MM * pair[0]:>9.2f} {MM * pair[1]:>9.2f}"
-            lines.append(f"{joint:<{width}}  {cells} {MM * (pair[1] - pair[0]):>+8.2f}")
+            cells = f"{MM_PER_M * pair[0]:>9.2f} {MM_PER_M * pair[1]:>9.2f}"
+            lines.append(
+                f"{joint:<{width}}  {cells} {MM_PER_M * (pair[1] - pair[0]):>+8.2f}"
+            )
         spreads = self._spreads()
         for kind, rows in (("joint", self.joints), ("marker", self.markers)):
             if not rows:
                 continue
             lines += ["", f"{kind + 's [mm]':<{width}}  {'away':>9}"]
-            lines += [f"{n:<{width}}  {MM * away:>9.2f}" for n, away in rows.items()]
-            mean = MM * spreads[kind].mean
+            lines += [
+                f"{n:<{width}}  {MM_PER_M * away:>9.2f}" for n, away in rows.items()
+            ]
+            mean = MM_PER_M * spreads[kind].mean
             lines.append(f"{'all ' + kind + 's':<{width}}  {mean:>9.2f}")
         for word, some in (("missing", self.missing), ("extra", self.extra)):
             if some:
