@@ -244,3 +244,17 @@ def test_scans_and_sessions_with_a_glove_are_simulated(tmp_path):
     np.testing.assert_array_equal(same.points, scan.points)
     with pytest.raises(hc.HandcleanError, match="no glove is called 'generic'"):
         hc.simulate("glove", glove="generic")
+
+
+def test_a_subject_says_what_made_it(tmp_path):
+    given = {"marker_set": "maycock26", "rate_hz": 20.0, "ghosts_per_s": 0.0}
+    (trial,) = hc.simulate("rom", **given)
+    made = hc.calibrate_hand([trial.labelled], "maycock26", name="S01", frames=60)
+    hc.write(made, tmp_path / "S01.h5")
+    again = hc.read_subject(tmp_path / "S01.h5")
+    (entry,) = again.provenance
+    assert entry["command"] == "calibrate-hand markers"
+    assert entry["settings"]["frames"] == 60
+    assert entry["figures"]["heldout_rms_m"] == again.errors["heldout_rms_m"]
+    hc.write(again, tmp_path / "copy.h5")
+    assert hc.inspect(tmp_path / "copy.h5")["steps"] == ["calibrate-hand markers"]

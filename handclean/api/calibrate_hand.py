@@ -1,17 +1,19 @@
 """A subject from labelled takes of one hand that moves every joint."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from handclean.api import names
+from handclean.api.given import identity
 from handclean.api.settings import sorted_settings
 from handclean.errors import TakeNumber, UsageError
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import Subject
 from handclean.recording import Recording
 from handclean.remarks import Remark
+from handclean.runner import provenance
 from handclean.subject.calibrate import calibrate
 from handclean.subject.findings import CalibrationReport
 from handclean.subject.scan.locate import Located, locate_markers
@@ -147,4 +149,14 @@ def calibrate_hand(
     done = calibrate_takes(
         takes, str(marker_set), chosen, side=side, name=name, scanned=scanned
     )
-    return replace(done.subject, remarks=done.remarks)
+    inputs: list[dict[str, Any]] = [
+        {"role": "input", "marker_set": str(marker_set), "frames": take.frames}
+        for take in takes
+    ]
+    if scanned is not None:
+        whose = {"name": scanned.name, "sha256": identity(scanned)}
+        inputs.append({"role": "subject", **whose})
+    given = {**asdict(chosen), "side": side, "name": name}
+    begun = provenance.begin("calibrate-hand markers", given, inputs)
+    entry = provenance.finished(begun, done.subject.errors, done.remarks)
+    return replace(done.subject, provenance=(entry,), remarks=done.remarks)

@@ -103,9 +103,9 @@ def write(
 ) -> tuple[Remark, ...]:
     """Write a take or a subject; the file appears whole or not at all.
 
-    A file that stands there is replaced. What made a take is recorded in an ``.h5``
-    itself, beside any other file in ``NAME.made.json``, so that `read` and the commands
-    know it again.
+    A file that stands there is replaced. What made a take or a subject is recorded in
+    an ``.h5`` itself, beside any other file in ``NAME.made.json``, so that `read` and
+    the commands know it again.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def write(
             staged = Path(folder) / path.name
             remarks: tuple[Remark, ...] = ()
             if isinstance(what, Subject):
-                write_subject(staged, what)
+                write_subject(staged, what, what.provenance)
             else:
                 remarks = files.write(staged, what, surfaces=skins)
                 if not has_record:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +29,7 @@ class Subject:
     surface : the hand's own skin, where somebody scanned or drew it.
     file_sha256 : digest of the file the subject was read from, by which records name
         it; "" for any other, also a changed copy of one that was read.
+    provenance : one entry (plain JSON values) per step that made this subject.
     remarks : what the calibration told; not in the file.
     """
 
@@ -39,6 +41,9 @@ class Subject:
     calibrated: bool = True
     surface: Surface | None = None
     file_sha256: str = field(default="", init=False, repr=False, compare=False)
+    provenance: tuple[Mapping[str, Any], ...] = field(
+        default=(), repr=False, compare=False
+    )
     remarks: tuple[Remark, ...] = field(default=(), repr=False, compare=False)
 
 

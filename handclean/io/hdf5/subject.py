@@ -129,6 +129,7 @@ def read_subject(path: Path) -> Subject:
         errors=dict(zip(names, map(float, values), strict=True)),
         calibrated=bool(part.attrs.get("calibrated", True)),
         surface=_surface_from(part, len(tree.bones)),
+        provenance=provenance_from(part),
     )
 
 
@@ -145,7 +146,6 @@ def inspect_subject(path: Path) -> dict[str, Any]:
     FileError
         If it is none.
     """
-    part = read_h5(path, FORMAT)
     subject = read_subject(path)
     tree, sigma = subject.model.tree, subject.marker_sigma
     known = sigma[np.isfinite(sigma)]
@@ -163,7 +163,7 @@ def inspect_subject(path: Path) -> dict[str, Any]:
         "calibrated": subject.calibrated,
         "residual_mm": 1e3 * float(residual) if np.isfinite(residual) else None,
         "skin": subject.surface is not None,
-        "steps": [str(e.get("command", "?")) for e in provenance_from(part)],
+        "steps": [str(entry.get("command", "?")) for entry in subject.provenance],
         **reported([]),
     }
     if subject.surface is not None:
