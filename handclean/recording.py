@@ -340,7 +340,7 @@ class Recording:
         return Numbering(self.first_frame)
 
     @property
-    def told(self) -> tuple[Event, ...]:
+    def all_events(self) -> tuple[Event, ...]:
         """Events, and those that the remarks are, each once."""
         return tuple(dict.fromkeys([*self.events, *map(self._event, self.remarks)]))
 

@@ -15,7 +15,7 @@ from handclean.recording import Recording
 from handclean.remarks import Remark
 from handclean.runner import provenance
 from handclean.subject.calibrate import calibrate
-from handclean.subject.findings import CalibrationReport
+from handclean.subject.report import CalibrationReport
 from handclean.subject.scan.locate import Located, locate_markers
 from handclean.subject.settings import CalibrateConfig
 

@@ -61,11 +61,11 @@ def renamed(recording: Recording, subject: Subject) -> tuple[Remark, ...]:
     if not has:
         return ()
     if not others:
-        told = f"its {len(has)} markers are named anew"
+        what = f"its {len(has)} markers are named anew"
     else:
         few = first_of(others)
-        told = f"{len(others)} other markers ({few}) are points without a name now"
-    text = f"names the take had are not kept: {told}"
+        what = f"{len(others)} other markers ({few}) are points without a name now"
+    text = f"names the take had are not kept: {what}"
     return (remark("names", text, others=others),)
 
 

@@ -118,10 +118,10 @@ def misspelt(
     has = labels_of(recording)
     known = known_to(subjects)
     free = [label for label in has if label not in known]
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     for label in sorted(known - set(has)):
         if found := near(label, free):
-            told.append(
+            remarks.append(
                 remark(
                     "names",
                     f"marker '{label}' of the subject is not in the take; "
@@ -130,7 +130,7 @@ def misspelt(
                     found=found,
                 )
             )
-    return tuple(told)
+    return tuple(remarks)
 
 
 def known_to(subjects: Mapping[str, Subject]) -> set[str]:

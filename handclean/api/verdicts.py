@@ -124,26 +124,26 @@ def doubts(recording: Recording, found: Mapping[str, Subject]) -> tuple[Remark, 
 
     And whether the unit of length may be the reason.
     """
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     for name, subject in found.items():
         if unlike := residual_test.doubts(recording, subject, name):
-            told += unlike
+            remarks += unlike
             hint = markers_unit_hint(
                 markers_of(recording, subject.model), subject.model
             )
-            told += [remark("unit", hint, model=name)] if hint else []
-    return tuple(told)
+            remarks += [remark("unit", hint, model=name)] if hint else []
+    return tuple(remarks)
 
 
 def misplaced(
     recording: Recording, found: Mapping[str, Subject], prior: PosturePrior | None
 ) -> tuple[Remark, ...]:
     """Remark on markers that do not fit for a while; see `suspects`."""
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     for name, subject in found.items():
         positions = markers_of(recording, subject.model)
-        told += bad_markers.misfits(recording, subject, name, positions, prior)
-    return tuple(told)
+        remarks += bad_markers.misfits(recording, subject, name, positions, prior)
+    return tuple(remarks)
 
 
 def untold(
@@ -154,10 +154,10 @@ def untold(
     filled: bool = False,
 ) -> tuple[Remark, ...]:
     """Remark on fingers that had no marker; see `unobserved`."""
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     for name, subject in found.items():
         known = knowing(prior, subject.model.tree.hinges) is not None
-        told += unobserved.unobserved(
+        remarks += unobserved.unobserved(
             recording, subject, name, filled=filled, prior=known
         )
-    return tuple(told)
+    return tuple(remarks)

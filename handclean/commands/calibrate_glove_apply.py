@@ -260,12 +260,12 @@ def _writer(
 def _remarks(
     calibration: Calibration, tally: _Tally, subject: Subject | None
 ) -> tuple[Remark, ...]:
-    told = list(tally.watch.remarks())
+    remarks = list(tally.watch.remarks())
     far = np.asarray(tally.foreign) / max(tally.frames, 1)
     if (far > _OFTEN_SHARE).any():
         sensors = calibration.glove.sensors
         names = ", ".join(sensors[k] for k in np.flatnonzero(far > _OFTEN_SHARE))
-        told.append(
+        remarks.append(
             remark(
                 "fit",
                 f"{names} read far outside what was calibrated, in up to "
@@ -274,7 +274,7 @@ def _remarks(
             )
         )
     if tally.uneven > _MOST_UNEVEN_FRAMES:
-        told.append(
+        remarks.append(
             remark(
                 "time",
                 f"times are up to {tally.uneven:.2g} frames off an even rate; angles "
@@ -285,7 +285,7 @@ def _remarks(
     lost = {row.rotation for row in calibration.glove.measured}
     lost -= {one.rotation for one in calibration.fits}
     if lost:
-        told.append(
+        remarks.append(
             remark(
                 "unobserved",
                 f"{', '.join(sorted(lost))} are not calibrated and stay at zero",
@@ -296,7 +296,7 @@ def _remarks(
     shares = np.broadcast_to(tally.unsure / max(tally.frames, 1), len(order))
     often = [k for k in np.argsort(-shares, kind="stable") if shares[k] > _OFTEN_SHARE]
     if often:
-        told.append(
+        remarks.append(
             remark(
                 "trust",
                 f"{', '.join(order[k] for k in often)} are too unsure to be trusted in "
@@ -306,11 +306,11 @@ def _remarks(
         )
     wearer = "" if subject is None else subject.name
     if calibration.use != "fk" and wearer and calibration.subject not in ("", wearer):
-        told.append(
+        remarks.append(
             remark(
                 "subject",
                 f"the calibration has IK samples of {calibration.subject}, the subject "
                 f"is {wearer}: those hold for one wearer only",
             )
         )
-    return tuple(told)
+    return tuple(remarks)

@@ -42,7 +42,7 @@ def calibrate_glove_fit(sources: tuple[Source, ...], settings: GloveFitting) -> 
     read = [glove_files.read_samples(source.path) for source in sources]
     samples = samples_of.merged([one for one, _ in read])
     glove = read[0][1]
-    tasks, told = fit_tasks(glove, samples, settings.fit, sources[0].seed)
+    tasks, remarks = fit_tasks(glove, samples, settings.fit, sources[0].seed)
     jobs = min(int(getattr(settings, "workers", 1)), len(tasks))
     try:
         fits = _in_processes(tasks, jobs) if jobs > 1 else _here(tasks)
@@ -71,7 +71,7 @@ def calibrate_glove_fit(sources: tuple[Source, ...], settings: GloveFitting) -> 
             "each": {one.rotation: _each(one) for one in found.fits},
         },
         remarks=(
-            *told,
+            *remarks,
             *(said for one in found.fits for said in _remarks_on(one)),
             *_other_gloves(glove, [other for _, other in read]),
         ),

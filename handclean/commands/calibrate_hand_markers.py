@@ -105,14 +105,14 @@ def names_of(sources: Sequence[Source]) -> tuple[str, ...]:
 
 def _scanned(sources: tuple[Source, ...]) -> Subject | None:
     """Read the scanned hand that the takes are of, if one is named."""
-    told = [options_of(source) for source in sources]
-    paths = {path for take in told for path in take.subjects}
+    options = [options_of(source) for source in sources]
+    paths = {path for take in options for path in take.subjects}
     if not paths:
         return None
     if len(paths) > 1:
         raise UsageError("--subject: is one hand, from 'calibrate-hand scan'")
     subject = read_subject(paths.pop())
-    sides = {take.side for take in told} - {"", subject.model.tree.side}
+    sides = {take.side for take in options} - {"", subject.model.tree.side}
     if sides:
         raise UsageError(
             f"--side {sides.pop()}: the scan is of a {subject.model.tree.side} hand"

@@ -89,25 +89,25 @@ def _read(sources: tuple[Source, ...]) -> list[Recording]:
         If a file needs what is not given, or a rate that none needs contradicts them
         all. A unit that none needs and all contradict is taken.
     """
-    takes, told = [], []
+    takes, needed = [], []
     for source in sources:
         for names in ((), ("unit",), ("rate_hz",), ("rate_hz", "unit")):
-            one = _told(source, names)
+            one = _with_only(source, names)
             try:
                 takes.append(sessions.read(one))
             except UsageError:
                 if one == source:
                     raise
                 continue
-            told.append(one)
+            needed.append(one)
             break
-    if all(options_of(one).rate_hz is None for one in told):
-        _expect_agreement(sources, told)
+    if all(options_of(one).rate_hz is None for one in needed):
+        _expect_agreement(sources, needed)
     unit = options_of(sources[0]).unit
-    if unit is not None and all(options_of(one).unit is None for one in told):
+    if unit is not None and all(options_of(one).unit is None for one in needed):
         again = [
             sessions.read(with_options(one, unit=options_of(source).unit))
-            for source, one in zip(sources, told, strict=True)
+            for source, one in zip(sources, needed, strict=True)
         ]
         if all(map(sessions.is_overruled, again)):
             return again
@@ -115,17 +115,17 @@ def _read(sources: tuple[Source, ...]) -> list[Recording]:
     return [sessions.remember(source, take) for source, take in used]
 
 
-def _told(source: Source, names: tuple[str, ...]) -> Source:
-    """Return a source of which no more is told than this."""
-    told = options_of(source)
+def _with_only(source: Source, names: tuple[str, ...]) -> Source:
+    """Return a source with only these of its options of reading."""
+    options = options_of(source)
     return with_options(
         source,
-        rate_hz=told.rate_hz if "rate_hz" in names else None,
-        unit=told.unit if "unit" in names else None,
+        rate_hz=options.rate_hz if "rate_hz" in names else None,
+        unit=options.unit if "unit" in names else None,
     )
 
 
-def _expect_agreement(sources: tuple[Source, ...], told: list[Source]) -> None:
+def _expect_agreement(sources: tuple[Source, ...], needed: list[Source]) -> None:
     """Expect a rate that no file needed to be what one of them says.
 
     Raises
@@ -136,7 +136,7 @@ def _expect_agreement(sources: tuple[Source, ...], told: list[Source]) -> None:
     if options_of(sources[0]).rate_hz is None:
         return
     wrong: UsageError | None = None
-    for source, one in zip(sources, told, strict=True):
+    for source, one in zip(sources, needed, strict=True):
         try:
             sessions.read(with_options(one, rate_hz=options_of(source).rate_hz))
         except UsageError as error:

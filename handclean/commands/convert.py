@@ -4,7 +4,7 @@ from handclean.commands.shared import sessions, shapes, skins
 from handclean.commands.shared.choices import Converting
 from handclean.commands.shared.take_options import options_of
 from handclean.io.keeps import kept
-from handclean.io.oddities import wrong_size
+from handclean.io.take_remarks import wrong_size
 from handclean.recording import Recording
 from handclean.remarks import Remark
 from handclean.runner.batch import Source

@@ -39,8 +39,8 @@ def evaluate_layout(sources: tuple[Source, ...], settings: JudgingLayouts) -> Ou
     odd: list[Remark] = []
     given = [path for role, path in sources[0].files.items() if role.startswith("on ")]
     progress.tell("reading motion")
-    told = options_of(sources[0])
-    said = TakeOptions(rate_hz=told.rate_hz, unit=told.unit)
+    options = options_of(sources[0])
+    said = TakeOptions(rate_hz=options.rate_hz, unit=options.unit)
     taken = [
         motion
         for path in given

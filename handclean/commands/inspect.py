@@ -102,12 +102,12 @@ def inspect(source: Source, settings: Inspecting | None) -> Outcome:
         If a file that is to be compared is no C3D.
     """
     verdict = _verified(source) if settings is not None and settings.verify else None
-    told = options_of(source)
+    options = options_of(source)
     about = contents_of(
         source.path,
-        rate_hz=told.rate_hz,
-        unit=told.unit,
-        believe_coordinates=told.believe_coordinates,
+        rate_hz=options.rate_hz,
+        unit=options.unit,
+        believe_coordinates=options.believe_coordinates,
     )
     known = _OF_ANY if "parts" in about else FIGURES
     figures = {name: about.pop(name) for name in known if name in about}

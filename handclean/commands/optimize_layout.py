@@ -120,10 +120,10 @@ def _candidates(
 
 def _doubts(found: Layout, settings: LayingOut) -> tuple[Remark, ...]:
     """Say what nobody could use of a layout."""
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     count, least = len(found.chosen), LEAST_MARKERS
     if count < least:
-        told.append(
+        remarks.append(
             remark(
                 "layout",
                 f"{count} markers can be solved but not labelled: 'label' and 'clean' "
@@ -133,7 +133,7 @@ def _doubts(found: Layout, settings: LayingOut) -> tuple[Remark, ...]:
         )
     apart = 1e3 * found.smallest_m
     if apart < settings.marker_mm:
-        told.append(
+        remarks.append(
             remark(
                 "layout",
                 f"two markers come to {apart:.1f} mm of each other, centre to centre, "
@@ -142,7 +142,7 @@ def _doubts(found: Layout, settings: LayingOut) -> tuple[Remark, ...]:
                 apart_mm=apart,
             )
         )
-    return tuple(told)
+    return tuple(remarks)
 
 
 def _found(

@@ -82,11 +82,11 @@ def fit_tasks(
     if settings.use != "all":
         samples = samples.chosen(samples.kind == {"fk": FK, "ik": IK}[settings.use])
     tasks: list[FitTask] = []
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     for number, row in enumerate(glove.measured):
         task, why = _task(glove, row, samples, settings, seed + number)
         if task is None:
-            told.append(
+            remarks.append(
                 remark(
                     "unobserved",
                     f"{row.rotation} is not calibrated: {why}",
@@ -96,7 +96,7 @@ def fit_tasks(
             continue
         tasks.append(task)
         if (count := count_angles(task.targets, task.group)) < _LEAST_ANGLES:
-            told.append(
+            remarks.append(
                 remark(
                     "few",
                     f"{row.rotation} is known at {count} angles; what lies between is "
@@ -106,9 +106,9 @@ def fit_tasks(
             )
     if not tasks:
         raise HandcleanError(
-            "samples: tell no rotation" + (f" ({told[0].text})" if told else "")
+            "samples: tell no rotation" + (f" ({remarks[0].text})" if remarks else "")
         )
-    return tasks, tuple(told)
+    return tasks, tuple(remarks)
 
 
 def _task(

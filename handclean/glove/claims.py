@@ -76,7 +76,7 @@ def expect_reachable(
     FileError
         If one lies far beyond.
     """
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     for name, angle, (low, high) in zip(
         hand.rotations, rotations, hand.ranges, strict=True
     ):
@@ -84,7 +84,7 @@ def expect_reachable(
             np.isfinite(angle)
             and _expect(where, name, angle, low, high) > _REMARK_BEYOND_RAD
         ):
-            told.append(
+            remarks.append(
                 remark(
                     "fit",
                     f"{where}: {name} is {np.degrees(angle):g} degrees; its active "
@@ -93,7 +93,7 @@ def expect_reachable(
                     angle_rad=float(angle),
                 )
             )
-    return tuple(told)
+    return tuple(remarks)
 
 
 def _expect(where: Where, name: str, angle: float, low: float, high: float) -> float:

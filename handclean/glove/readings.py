@@ -159,15 +159,15 @@ class Watch:
         ----------
         moving : whether the hand moved, so that sensors should have.
         """
-        told: list[Remark] = []
+        remarks: list[Remark] = []
         empty = self._blank == self.frames
         if empty.any():
-            told.append(
+            remarks.append(
                 remark("sensor", f"{_names(self._glove, empty)} reads nothing at all")
             )
         elif self.blank:
             names = _names(self._glove, self._blank > 0)
-            told.append(
+            remarks.append(
                 remark(
                     "missing",
                     f"{self.blank} frames have no reading of {names}",
@@ -177,7 +177,7 @@ class Watch:
         if self.stuck:
             share = 100.0 * self.stuck / self.frames
             names = _names(self._glove, self._stuck > 0)
-            told.append(
+            remarks.append(
                 remark(
                     "sensor",
                     f"{names} saturated in {share:.3g} % of frames",
@@ -187,8 +187,8 @@ class Watch:
         still = (self._low == self._high) & ~empty
         if moving and self.frames >= _LEAST_FRAMES and still.any():
             names = _names(self._glove, still)
-            told.append(remark("sensor", f"{names} never changed: is it connected?"))
-        return tuple(told)
+            remarks.append(remark("sensor", f"{names} never changed: is it connected?"))
+        return tuple(remarks)
 
 
 def remarks(glove: Glove, readings: Floats, moving: bool = True) -> tuple[Remark, ...]:

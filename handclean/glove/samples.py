@@ -79,7 +79,7 @@ def make_samples(
     readings : (N, S) in the order of the glove's sensors.
     targets : (N, R) [rad] in the order of ``glove.hand``, NaN where not known.
     kind : `FK` or `IK`.
-    about : the recording's name.
+    about : what was recorded, and in which file, for people.
     subject : whose hand it was; "" if not known.
     """
     count = len(readings)

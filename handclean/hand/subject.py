@@ -64,6 +64,11 @@ def template_subject(
     Returns
     -------
     a subject that is not calibrated: ``marker_sigma`` (M,) is NaN
+
+    Raises
+    ------
+    UsageError
+        If the side is none of them or the size is not a hand's.
     """
     tree = template(
         side or marker_set.side, length_m, breadth_m, forearm=marker_set.forearm

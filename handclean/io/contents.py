@@ -14,8 +14,8 @@ from handclean.io.hdf5.file import format_of, read_h5
 from handclean.io.hdf5.session import FORMAT
 from handclean.io.hdf5.subject import FORMAT as SUBJECT
 from handclean.io.hdf5.subject import inspect_subject
-from handclean.io.oddities import odd
 from handclean.io.shared.reading import Reading, finite, reported, with_remarks
+from handclean.io.take_remarks import remarks_on_samples
 from handclean.io.takes import reading_of
 from handclean.recording import Motion, Recording, Trajectories
 from handclean.remarks import Remark, remark, texts
@@ -40,7 +40,9 @@ def inspect_take(
         "format": suffix.removeprefix("."),
         **_about(reading.recording),
         "unit": reading.unit,
-        **reported((*reading.remarks, *found.remarks, *odd(reading.recording))),
+        **reported(
+            (*reading.remarks, *found.remarks, *remarks_on_samples(reading.recording))
+        ),
     }
     unknown = {"--rate": ("rate", "duration_s"), "--unit": ("unit",)}
     blank = [key for option in found.unsaid for key in unknown[option]]
@@ -153,7 +155,7 @@ def inspect_c3d_take(
         raise
     except HandcleanError:
         return about
-    return with_remarks({**_about(take), **about}, (), odd(take))
+    return with_remarks({**_about(take), **about}, (), remarks_on_samples(take))
 
 
 def _about(take: Recording) -> dict[str, Any]:

@@ -198,8 +198,8 @@ def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
                 outcome = step(given, work.settings)
             finally:
                 read_remarks.note(None, broken)
-    told = dict.fromkeys((*broken, *outcome.remarks))
-    outcome = replace(outcome, remarks=tuple(told))
+    once = dict.fromkeys((*broken, *outcome.remarks))
+    outcome = replace(outcome, remarks=tuple(once))
     unknown = [n for n in outcome.figures if not conditions.is_known(n, module.FIGURES)]
     assert not unknown, f"figures without a meaning: {unknown}"
     assert len(outcome.writers) == len(task.outputs), "a writer for each output"

@@ -203,15 +203,15 @@ def write(
             staged[temporary] = place
             with _naming(output, temporary):
                 history = (*outcome.history, entry)
-                told = outcome.writers[number](temporary, history) or ()
+                unkept = outcome.writers[number](temporary, history) or ()
                 _flush(temporary)
                 if _is_there(output):
                     kind = command.formats.kind
                     _expect_kind(kind(place), kind(temporary), output)
                 if command.records.beside(place):
-                    whole = provenance.with_remarks(entry, told, task.about)
+                    whole = provenance.with_remarks(entry, unkept, task.about)
                     _stage_record(staged, temporary, (*outcome.history, whole))
-            lost += told
+            lost += unkept
         with held_back():
             for output, place in zip(task.outputs, places, strict=True):
                 with _naming(output):

@@ -134,14 +134,14 @@ def with_remarks(
 
     Files stand in it without their folders, as the inputs do.
     """
-    told = [one.said(about) for one in remarks]
+    said = [one.said(about) for one in remarks]
     whole = [plain(one.as_json()) for one in remarks]
     for one, values in zip(remarks, whole, strict=True):
         if one.where.file is not None:
             values["where"]["file"] = _name(one.where.file)
     return {
         **entry,
-        "warnings": [*entry["warnings"], *told],
+        "warnings": [*entry["warnings"], *said],
         "remarks": [*entry["remarks"], *whole],
     }
 

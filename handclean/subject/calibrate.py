@@ -23,10 +23,9 @@ from handclean.hand.subject import Subject
 from handclean.hand.template import template
 from handclean.recording import Recording
 from handclean.remarks import Remark
-from handclean.subject import findings, judge
+from handclean.subject import judge
 from handclean.subject.adjust import Adjusted, Known, Problem, adjust, residuals
 from handclean.subject.alike import remarks_on_takes
-from handclean.subject.findings import CalibrationReport
 from handclean.subject.frames import (
     LEAST_FRAMES,
     Frames,
@@ -38,6 +37,14 @@ from handclean.subject.frames import (
     usable,
 )
 from handclean.subject.judge import Fit, HeldOut
+from handclean.subject.report import (
+    CalibrationReport,
+    remarks_on_equations,
+    remarks_on_joints,
+    remarks_on_markers,
+    remarks_on_noise,
+    remarks_on_side,
+)
 from handclean.subject.settings import CalibrateConfig
 from handclean.subject.shape import SIZE_NUMBERS, Expectation, Shape, tilt_sigmas
 from handclean.subject.start import first_poses, guess, loose, scaled
@@ -136,12 +143,10 @@ def calibrate(
         learned = task.learn(frames, learned.adjusted.shape)
     remarks = [
         *remarks_on_takes(task.template, every),
-        *findings.remarks_on_markers(
-            marker_set.labels, every, learned.candidates, learned.fit
-        ),
-        *findings.remarks_on_equations(frames, tree),
-        *findings.remarks_on_noise(task.camera_m),
-        *findings.remarks_on_side(side, first.clear),
+        *remarks_on_markers(marker_set.labels, every, learned.candidates, learned.fit),
+        *remarks_on_equations(frames, tree),
+        *remarks_on_noise(task.camera_m),
+        *remarks_on_side(side, first.clear),
     ]
     counts = {"frames": len(every), "frames_usable": len(frames)}
     report = task.report(learned, heldout, counts, remarks)
@@ -287,7 +292,7 @@ class _Task:
         model = adjusted.shape.model
         went, hinges = learned.went, model.tree.hinges
         still = judge.unmoved(went, self.settings.moved_rad)
-        more = findings.remarks_on_joints(hinges, went, still, learned.left)
+        more = remarks_on_joints(hinges, went, still, learned.left)
         found, sigma = judge.lengths(adjusted)
         train = residuals(model, adjusted.poses, problem.targets, problem.seen)
         by_marker = zip(model.labels, heldout.by_marker_m.tolist(), strict=True)

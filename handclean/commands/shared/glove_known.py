@@ -115,10 +115,10 @@ def stated(settings: GloveSampling, glove: Glove, mode: str) -> Stated:
 def _stated_by_pose(name: str, glove: Glove) -> Stated:
     where = place_of(name)
     pose = key_pose(name)
-    told = claims.expect_pose(where, glove.hand, pose)
+    remarks = claims.expect_pose(where, glove.hand, pose)
     rotations = samples_of.of_pose(glove.hand, pose, 1)[0]
     claims.expect_measured(where, glove, rotations)
-    return Stated(rotations=rotations, about=f"pose {name}", remarks=told)
+    return Stated(rotations=rotations, about=f"pose {name}", remarks=remarks)
 
 
 def _stated_by_widgets(texts: tuple[str, ...], glove: Glove) -> Stated:
@@ -127,9 +127,9 @@ def _stated_by_widgets(texts: tuple[str, ...], glove: Glove) -> Stated:
         held = samples_of.of_hold(glove, {name: angle}, 1)[0]
         claims.expect_measured(f"--hold {name}", glove, held)
     rotations = samples_of.of_hold(glove, holds, 1)[0]
-    told = claims.expect_reachable("--hold", glove.hand, rotations)
+    remarks = claims.expect_reachable("--hold", glove.hand, rotations)
     about = "hold " + " ".join(texts)
-    return Stated(rotations=rotations, about=about, remarks=told)
+    return Stated(rotations=rotations, about=about, remarks=remarks)
 
 
 def _holds(texts: tuple[str, ...]) -> Mapping[str, float]:

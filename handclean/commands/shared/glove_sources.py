@@ -63,10 +63,10 @@ def glove_of(source: Source, name: str) -> Glove:
 
 def tree_of(source: Source, glove: Glove) -> tuple[JointTree, Subject | None]:
     """The hand in the glove: the subject's, else the template with a forearm."""
-    told = options_of(source)
-    if told.subjects:
-        subject = read_subject(told.subjects[0])
+    options = options_of(source)
+    if options.subjects:
+        subject = read_subject(options.subjects[0])
         return glove.hand.tree(subject.model.tree), subject
-    side = told.side if told.side in ("left", "right") else "right"
+    side = options.side if options.side in ("left", "right") else "right"
     wrist = "wrist_flexion" in glove.hand.rotations
     return glove.hand.tree(template(side, forearm=wrist)), None

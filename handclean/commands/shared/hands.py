@@ -35,29 +35,31 @@ def check(batch: Batch, *, marked: bool = False, least: int = 1) -> None:
         If a subject, the marker set or the prior is not there or not one, if two
         subjects are of the same side, or if one has too few markers.
     """
-    told = options_of(batch)
-    with seal.tolerated(told.lenient):
-        _check(told, batch.files.get("prior"), marked=marked, least=least)
+    options = options_of(batch)
+    with seal.tolerated(options.lenient):
+        _check(options, batch.files.get("prior"), marked=marked, least=least)
 
 
-def _check(told: TakeOptions, prior: Path | None, *, marked: bool, least: int) -> None:
+def _check(
+    options: TakeOptions, prior: Path | None, *, marked: bool, least: int
+) -> None:
     found = []
-    for path in told.subjects:
+    for path in options.subjects:
         with _usage("--subject"):
             digest(path)
             found.append((path, read_subject(path)))
-    _of_side(found, told.side)
+    _of_side(found, options.side)
     if marked:
         _expect_markers(found, least)
-    if told.marker_set:
+    if options.marker_set:
         with _usage("--marker-set"):
-            markers = load_marker_set(told.marker_set)
+            markers = load_marker_set(options.marker_set)
         labels = markers.labels
         if marked:
-            _expect_enough(f"--marker-set {told.marker_set}", len(labels), least)
-            _expect_marker_set(told.marker_set, found)
-        if marked and not found and told.side != "both":
-            _on_nobody(markers, told.side)
+            _expect_enough(f"--marker-set {options.marker_set}", len(labels), least)
+            _expect_marker_set(options.marker_set, found)
+        if marked and not found and options.side != "both":
+            _on_nobody(markers, options.side)
     if prior is not None:
         with _usage("--prior"):
             digest(prior)
@@ -102,16 +104,16 @@ def named(
         If a file is not what it should be.
     """
     found: list[tuple[Path | None, Subject]] = []
-    told = options_of(source)
-    if not told.subjects:
-        template = _template(told)
+    options = options_of(source)
+    if not options.subjects:
+        template = _template(options)
         if marked:
             count = len(template.model.labels)
-            _expect_enough(f"--marker-set {told.marker_set}", count, least)
+            _expect_enough(f"--marker-set {options.marker_set}", count, least)
         found.append((None, template))
     else:
-        read = [(path, read_subject(path)) for path in told.subjects]
-        found += _of_side(read, told.side)
+        read = [(path, read_subject(path)) for path in options.subjects]
+        found += _of_side(read, options.side)
         if marked:
             _expect_markers(read, least)
     names = names_of(subject for _, subject in found)
@@ -233,9 +235,9 @@ def _identity(source: Source, file: Path | None) -> str:
     """Name who has which markers, as records do: by the digest of a file."""
     if file is not None:
         return digest(file)
-    told = options_of(source)
-    of_set = told.marker_set_file
-    return told.marker_set if of_set is None else digest(of_set)
+    options = options_of(source)
+    of_set = options.marker_set_file
+    return options.marker_set if of_set is None else digest(of_set)
 
 
 def prior(source: Source) -> PosturePrior:
@@ -250,13 +252,13 @@ def prior(source: Source) -> PosturePrior:
     return read_prior() if given is None else read_prior(given)
 
 
-def _template(told: TakeOptions) -> Subject:
-    if not told.marker_set:
+def _template(options: TakeOptions) -> Subject:
+    if not options.marker_set:
         raise needs.no_hand()
-    marker_set = load_marker_set(told.marker_set)
-    if told.side == "both":
+    marker_set = load_marker_set(options.marker_set)
+    if options.side == "both":
         raise UsageError("--side both: needs a --subject for each hand")
-    return _on_nobody(marker_set, told.side)
+    return _on_nobody(marker_set, options.side)
 
 
 def _on_nobody(marker_set: MarkerSet, side: str) -> Subject:

@@ -38,17 +38,17 @@ def hand_of_layout(
     UsageError
         If there are several subjects, or the one is not of the side asked for.
     """
-    told = options_of(source)
-    side = "" if told.side == "both" else told.side
-    if len(told.subjects) > 1:
+    options = options_of(source)
+    side = "" if options.side == "both" else options.side
+    if len(options.subjects) > 1:
         raise UsageError("--subject: is given twice; a layout is for one hand")
-    if not told.subjects:
+    if not options.subjects:
         known = Counter(s for s in sides if s)
         side = side or (max(known, key=known.__getitem__) if known else "right")
         tree = template(side, forearm=forearm)
         surface = template_surface(tree)
         return LayoutHand(name="template hand", tree=tree, surface=surface)
-    (path,) = told.subjects
+    (path,) = options.subjects
     subject = read_subject(path)
     tree = subject.model.tree
     if tree.kind != "hand":

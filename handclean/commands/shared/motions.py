@@ -84,10 +84,10 @@ def left_out(motions: Sequence[HandMotion], of: str = "") -> tuple[Remark, ...]:
     ----------
     of : what the texts begin with: "--held-out: ".
     """
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     if count := sum(motion.doubtful for motion in motions):
         frames = sum(len(motion.poses) for motion in motions)
-        told.append(
+        remarks.append(
             remark(
                 "trust",
                 f"{of}{count} of {frames} frames are not trusted: they are left out",
@@ -97,8 +97,8 @@ def left_out(motions: Sequence[HandMotion], of: str = "") -> tuple[Remark, ...]:
     none = sorted({m.where for m in motions if 0 < m.doubtful == len(m.poses)})
     if none and len(none) < len({motion.where for motion in motions}):
         few = ", ".join(none[:3]) + (", ..." if len(none) > 3 else "")
-        told.append(remark("trust", f"{of}no frame is trusted of {few}", takes=none))
-    return tuple(told)
+        remarks.append(remark("trust", f"{of}no frame is trusted of {few}", takes=none))
+    return tuple(remarks)
 
 
 def known(takes: Sequence[Floats]) -> int:

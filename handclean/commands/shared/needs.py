@@ -34,8 +34,8 @@ class Needs:
             command needs what nothing gives to any of its inputs. Where a manifest
             gives it for some and not for others, these fail by themselves.
         """
-        told = options_of(batch)
-        if told.subjects or told.marker_set or "prior" in batch.files:
+        options = options_of(batch)
+        if options.subjects or options.marker_set or "prior" in batch.files:
             hands = import_module("handclean.commands.shared.hands")  # late
             hands.check(batch, marked=self.hand, least=self.markers)
         of_takes = [options_of(source) for task in tasks for source in task.sources]

@@ -27,13 +27,13 @@ def read(source: Source) -> Recording:
     HandcleanError
         If it cannot be read as what it claims to be.
     """
-    told = options_of(source)
+    options = options_of(source)
     recording = files.read(
         source.path,
-        rate_hz=told.rate_hz,
-        unit=told.unit,
-        lenient=told.lenient,
-        believe_coordinates=told.believe_coordinates,
+        rate_hz=options.rate_hz,
+        unit=options.unit,
+        lenient=options.lenient,
+        believe_coordinates=options.believe_coordinates,
     )
     remember(source, recording)
     if recording.provenance:

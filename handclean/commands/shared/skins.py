@@ -33,13 +33,13 @@ def skins_of(
     """
     found = hands.subjects(source)
     _expect_one(found, recording)
-    told = [
+    remarks = [
         remark("fit", text, model=name)
         for name, subject in found.items()
         if name in recording.skeletons
         and (text := _unlike(name, subject, recording.skeletons[name]))
     ]
-    return sessions.surfaces(found), tuple(told)
+    return sessions.surfaces(found), tuple(remarks)
 
 
 def _expect_one(found: Mapping[str, Subject], recording: Recording) -> None:

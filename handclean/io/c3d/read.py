@@ -110,17 +110,17 @@ def read_c3d(
         structure, coding, columns, tally, zeros_are_missing, believe_coordinates
     )
     layout = structure.layout
-    told = [*structure.remarks, *decisions(tally, columns.labels, zeros_are_missing)]
+    remarks = [*structure.remarks, *decisions(tally, columns.labels, zeros_are_missing)]
     if structure.head.unit is None and unit is None:
-        told.append(
+        remarks.append(
             remark(
                 "unit",
                 "POINT:UNITS is missing: mm, the format's default, was taken",
                 taken="mm",
             )
         )
-    told += [*taken, *scales]
-    told += twice([columns.labels[i] for i in columns.markers])
+    remarks += [*taken, *scales]
+    remarks += twice([columns.labels[i] for i in columns.markers])
     return Recording(
         rate=hz,
         frames=layout.held,
@@ -128,7 +128,7 @@ def read_c3d(
         up_axis=up_axis(structure),
         markers=markers,
         unlabelled=loose,
-        remarks=of_file(path, told),
+        remarks=of_file(path, remarks),
         analog=read_analog(structure, hz),
         parameters={"c3d": _kept(structure, name, columns, coding)},
         source_events=read_events(structure.head, layout.first_frame, hz),

@@ -49,7 +49,7 @@ def session_part(recording: Recording) -> Part:
     if recording.motions:
         motions = {name: _motion_part(m) for name, m in recording.motions.items()}
         items["motion"] = Part(items=motions)
-    if events := recording.told:
+    if events := recording.all_events:
         items["events"] = _events_part(events, recording.numbering)
     if recording.analog is not None:
         items["analog"] = _analog_part(recording.analog)

@@ -126,7 +126,7 @@ def doubtful(
     places, template : (N, 3) [m] on the scan, and on the template aligned with it.
     size : of the hand against the template's.
     """
-    told = []
+    doubts = []
     away = np.linalg.norm(places[:, None] - template, axis=2)  # mark by vertex
     own = np.diag(away)
     now = own[:, None] ** 2 + own**2
@@ -135,11 +135,11 @@ def doubtful(
         now > 2 * (PICKING_ERROR_M * size) ** 2
     )
     for one, two in np.argwhere(np.triu(better, 1)).tolist():
-        told.append(f"{names[one]} and {names[two]} would fit better exchanged")
+        doubts.append(f"{names[one]} and {names[two]} would fit better exchanged")
     for n in np.argsort(-own).tolist():
         if own[n] > FAR_LANDMARK_M * size and not better[n].any():
-            told.append(f"{names[n]} lies {1e3 * own[n]:.0f} mm from where it should")
-    if not told:
+            doubts.append(f"{names[n]} lies {1e3 * own[n]:.0f} mm from where it should")
+    if not doubts:
         return ()
-    text = f"landmarks: {', '.join(told)}; are they named right?"
+    text = f"landmarks: {', '.join(doubts)}; are they named right?"
     return (remark("fit", text),)

@@ -17,7 +17,6 @@ from handclean.hand.subject import Subject
 from handclean.ik.solve import solve_markers
 from handclean.recording import Recording
 from handclean.subject.calibrate import calibrate
-from handclean.subject.findings import CalibrationReport
 from handclean.subject.frames import (
     LEAST_FRAMES,
     LEAST_MARKER_SHARE,
@@ -25,6 +24,7 @@ from handclean.subject.frames import (
     gather,
     thinned,
 )
+from handclean.subject.report import CalibrationReport
 from handclean.subject.scan.markers import Placed, place
 from handclean.subject.settings import CalibrateConfig
 from handclean.tree import POSE_HEAD

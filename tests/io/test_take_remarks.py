@@ -5,7 +5,7 @@ import pytest
 from told import texts
 
 from handclean.io import files
-from handclean.io.oddities import odd
+from handclean.io.take_remarks import remarks_on_samples
 from handclean.recording import Points, Recording, trajectories
 
 FRAMES, RATE = 200, 100.0
@@ -35,74 +35,74 @@ def loose(positions, rng):
 
 
 def test_a_take_that_moves_is_not_odd(moving, rng):
-    assert odd(labelled(moving)) == []
-    assert odd(loose(moving, rng)) == []
+    assert remarks_on_samples(labelled(moving)) == []
+    assert remarks_on_samples(loose(moving, rng)) == []
 
 
 def test_a_frozen_marker_is_named(moving, rng):
     moving[50:90, 1] = moving[50, 1]
-    (trap,) = texts(odd(labelled(moving)))
+    (trap,) = texts(remarks_on_samples(labelled(moving)))
     assert trap.startswith("B: the same to the last digit for 40 frames")
-    (trap,) = texts(odd(loose(moving, rng)))
+    (trap,) = texts(remarks_on_samples(loose(moving, rng)))
     assert "a point without a name stays the same to the last digit, for 40" in trap
 
 
 def test_a_short_hold_is_not_odd(moving, rng):
     moving[50:74, 1] = moving[50, 1]  # 0.24 s
-    assert odd(labelled(moving)) == []
-    assert odd(loose(moving, rng)) == []
+    assert remarks_on_samples(labelled(moving)) == []
+    assert remarks_on_samples(loose(moving, rng)) == []
 
 
 def test_a_take_in_which_all_stands_still_is_not_odd(moving, rng):
     moving[50:] = moving[50]
-    assert odd(labelled(moving)) == []
-    assert odd(loose(moving, rng)) == []
+    assert remarks_on_samples(labelled(moving)) == []
+    assert remarks_on_samples(loose(moving, rng)) == []
 
 
 def test_missing_samples_are_not_frozen(moving):
     moving[50:150, 2] = np.nan
-    assert odd(labelled(moving)) == []
+    assert remarks_on_samples(labelled(moving)) == []
 
 
 def test_a_marker_that_is_never_there_is_named(moving):
     moving[:, 3] = np.nan
-    assert texts(odd(labelled(moving))) == ("never there: D",)
+    assert texts(remarks_on_samples(labelled(moving))) == ("never there: D",)
 
 
 def test_a_take_without_any_point_says_so(moving, rng):
     missing = np.full_like(moving, np.nan)
-    (trap,) = texts(odd(labelled(missing)))
+    (trap,) = texts(remarks_on_samples(labelled(missing)))
     assert "not a single point is there" in trap
-    (trap,) = texts(odd(loose(missing, rng)))
+    (trap,) = texts(remarks_on_samples(loose(missing, rng)))
     assert "not a single point is there" in trap
 
 
 def test_a_stretch_without_any_point_is_told(moving, rng):
     moving[120:160] = np.nan
     wanted = "not a point is there in 40 frames, from frame 121 on"
-    assert texts(odd(labelled(moving))) == (wanted,)
-    assert texts(odd(loose(moving, rng))) == (wanted,)
+    assert texts(remarks_on_samples(labelled(moving))) == (wanted,)
+    assert texts(remarks_on_samples(loose(moving, rng))) == (wanted,)
     moving[120] = 0.5
     moving[141:160] = 0.5 + 0.01 * rng.normal(size=(19, 4, 3))
-    assert odd(labelled(moving)) == []
+    assert remarks_on_samples(labelled(moving)) == []
 
 
 def test_what_has_no_points_to_miss_is_not_odd():
-    assert odd(Recording(rate=RATE, frames=5)) == []
+    assert remarks_on_samples(Recording(rate=RATE, frames=5)) == []
 
 
 @pytest.mark.parametrize("far", [1e27, 1e200, 150.0])
 def test_a_point_beyond_any_laboratory_is_named(moving, rng, far):
     moving[7, 2] = far
-    (trap,) = texts(odd(labelled(moving)))
+    (trap,) = texts(remarks_on_samples(labelled(moving)))
     assert trap.startswith("1 samples lie more than 100 m")
     assert "(C)" in trap
-    (trap,) = texts(odd(loose(moving, rng)))
+    (trap,) = texts(remarks_on_samples(loose(moving, rng)))
     assert "(points without a name)" in trap
 
 
 def test_a_large_laboratory_far_from_its_origin_is_not_odd(moving):
-    assert odd(labelled(moving + 5000.0)) == []
+    assert remarks_on_samples(labelled(moving + 5000.0)) == []
 
 
 @pytest.mark.parametrize("suffix", [".c3d", ".h5", ".csv", ".trc"])

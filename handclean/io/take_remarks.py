@@ -42,9 +42,9 @@ _NAMED_MARKERS = 8
 """Markers that a remark names (chosen)."""
 
 
-def odd(take: Recording) -> list[Remark]:
+def remarks_on_samples(take: Recording) -> list[Remark]:
     """Remark on what is odd about the samples of a take: missing, far away, frozen."""
-    told: list[Remark] = []
+    remarks: list[Remark] = []
     seen = 0
     empty = np.ones(take.frames, dtype=bool)
     columns = take.markers is not None and bool(take.markers.labels)
@@ -55,7 +55,7 @@ def odd(take: Recording) -> list[Remark]:
         counts = there.sum(axis=0).tolist()
         named = zip(take.markers.labels, counts, strict=True)
         if never := [label for label, count in named if not count]:
-            told.append(
+            remarks.append(
                 remark(
                     "unseen",
                     f"never there: {listed(never, _NAMED_MARKERS)}",
@@ -72,12 +72,12 @@ def odd(take: Recording) -> list[Remark]:
     if not seen:
         text = "not a single point is there: all samples are missing"
         return [remark("unseen", text)]
-    told += _far(take) or wrong_size(take)
+    remarks += _far(take) or wrong_size(take)
     least = max(FROZEN_FRAMES, int(np.ceil(FROZEN_S * take.rate)))
     if blind := [(start, stop) for start, stop in runs(empty) if stop - start >= least]:
         frames = sum(stop - start for start, stop in blind)
         first = take.numbering.of(blind[0][0])
-        told.append(
+        remarks.append(
             remark(
                 "unseen",
                 f"not a point is there in {frames} frames, from frame {first} on",
@@ -85,10 +85,10 @@ def odd(take: Recording) -> list[Remark]:
             )
         )
     if take.markers is not None:
-        told += _frozen(take.markers, least)
+        remarks += _frozen(take.markers, least)
     if take.unlabelled is not None:
-        told += _frozen_points(take.unlabelled, take.frames, least)
-    return told
+        remarks += _frozen_points(take.unlabelled, take.frames, least)
+    return remarks
 
 
 def wrong_size(take: Recording) -> list[Remark]:
