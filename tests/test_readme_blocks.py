@@ -25,6 +25,7 @@ FAILS = {
     # one of the raw takes is no C3D, so that there is something in the list
     "clean raw/*/*.c3d": 1,
     "clean --manifest failed.csv": 1,
+    "inspect --manifest - --json": 1,
 }
 """Lines that should fail, by what they have, and how."""
 
