@@ -9,7 +9,7 @@ FAST := not slow and not bench
 PLAIN := $(wildcard tests/kernels tests/numerics tests/hand)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check slow bench figures samples data pictures configs format again
+.PHONY: help demo test check slow bench figures wheel samples data pictures configs format again
 
 help: ## show this
 	@echo "handclean: offline cleaner of optical hand motion capture"
@@ -52,6 +52,11 @@ demo: $(READY) ## calibrate, clean and score the sample sessions
 			done; \
 		done; \
 	done
+
+wheel: $(READY) ## build dist/*.whl with machine code inside, for this Python
+	rm -rf build/wheel
+	$(RUN) -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
+	$(RUN) -m handclean.factory.wheel build/wheel/handclean-*.whl dist
 
 samples: $(READY) ## make sample_sessions/ anew
 	$(RUN) -m handclean.factory.samples sample_sessions

@@ -25,8 +25,8 @@ jobs = click.option(
 def command(batch: Batch) -> int:
     """Compile and cache the kernels, once per installation.
 
-    Without it they are compiled when a command first needs them. On a cluster, set
-    NUMBA_CACHE_DIR to a local disk.
+    Without it they are compiled when a command first needs them. A wheel of
+    `make wheel` brings them along, and nothing is left to compile.
 
     \b
     Example:

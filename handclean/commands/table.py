@@ -1,6 +1,7 @@
 """All commands, as the runner has to know them; imports nothing heavy."""
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 from handclean.commands.shared.formats import FORMATS, H5, RECORDINGS
@@ -10,10 +11,15 @@ from handclean.labels.settings import LEAST_MARKERS
 from handclean.runner.batch import Batch
 from handclean.runner.command import Check, Command, Work
 
-COMPILING = (
-    "compiling kernels (first run after an install or update; "
-    "`handclean warm` does it ahead) ..."
-)
+FIRST_RUN = "first run after an install or update; `handclean warm` does it ahead"
+"""Why kernels are compiled, unless machine code that ships should have been loaded."""
+
+
+def compiling() -> str:
+    """Say that kernels are compiled, and why; numba is loaded when this is asked."""
+    code = import_module("handclean.kernels.machine_code")
+    return f"compiling kernels ({code.why_compiled() or FIRST_RUN}) ..."
+
 
 SESSION = {H5: "session"}
 SUBJECT = {H5: "subject"}
@@ -36,7 +42,7 @@ def _command(
         suffixes=suffixes,
         makes=makes or {},
         check=check or Needs(),
-        compiling=COMPILING,
+        compiling=compiling,
     )
 
 

@@ -4,8 +4,8 @@
 our "missing". With ``NUMBA_DISABLE_JIT=1`` every kernel runs as plain Python.
 
 Machine code is kept in the user's cache directory (``machine_code``), which also serves
-installations that cannot be written to. ``NUMBA_CACHE_DIR`` overrides where: on cluster
-nodes set it to a local disk.
+installations that cannot be written to; ``NUMBA_CACHE_DIR`` overrides where. A wheel of
+``make wheel`` brings it along.
 """
 
 from collections.abc import Callable

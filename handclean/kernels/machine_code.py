@@ -6,6 +6,10 @@ part was compiled up to ten times. Here a kernel whose code is longer than
 ``SEPARATE_BYTES`` is compiled by itself, and its callers hold its name only. So a file
 also says which kernels its code calls; they are loaded first.
 
+Files lie in two folders. What a wheel brings along is in the package (``SHIPPED``) and
+made for any processor of its kind; it is looked at first. What is compiled here is made
+for this processor and goes to the user's cache (``cache_directory``).
+
 A file holds one kernel for one signature. Its name is a digest of all that decides the
 code: numba, Python, processor, flags of the compiler, the source of the kernel's module
 and of all modules that one imports. So files are never out of date, and may be copied
@@ -21,6 +25,7 @@ import hashlib
 import importlib
 import os
 import pickle
+import platform
 import re
 import sys
 import uuid
@@ -44,11 +49,21 @@ SEPARATE_BYTES = 32 * 1024
 byte to 32 KiB the time to compile is the same within 10 %, and below it small kernels
 would lose being built into their callers."""
 
+MADE_BY = "made_by.txt"
+"""File in ``SHIPPED`` that says what made it."""
+
+GENERIC = "generic"
+"""What numba calls a processor of which nothing is asked but the architecture. On the
+machine of RESULTS.md this costs no time in any command ("generic")."""
+
 _dumps: Callable[[Any], bytes] = serialize.dumps
 _rebuild: Callable[..., Any] = CompileResult._rebuild
 
 _MAGIC = b"handclean machine code 1\n"
 _PACKAGE = Path(__file__).parents[1]
+SHIPPED = _PACKAGE / "data" / "machine_code"
+"""Folder of the machine code in a wheel; a checkout has none."""
+
 _IMPORT = re.compile(
     r"^(?:from|import) handclean([.\w]*)(?: import (?:\(([^)]*)\)|([^(#\n]*)))?", re.M
 )
@@ -134,6 +149,37 @@ def _compiler(magic: tuple[str, ...]) -> str:
     return repr((sys.implementation.cache_tag, magic, flags))
 
 
+_damaged: set[Path] = set()
+"""Files of ``SHIPPED`` that did not fit their digest."""
+
+
+def made_by(folder: Path) -> str:
+    """Numba that made a folder of machine code that ships; "" if there is none."""
+    try:
+        return (folder / MADE_BY).read_text(encoding="utf-8").strip()
+    except OSError:
+        return ""
+
+
+def why_compiled() -> str:
+    """Say why machine code that ships is not used; "" if none ships, or it is used."""
+    shipped = made_by(SHIPPED)
+    if shipped and shipped != maker():
+        return (
+            f"the machine code that ships is made by {shipped}, and this is {maker()}"
+        )
+    if _damaged:
+        file = min(_damaged)
+        return f"{file}: does not fit its digest; install handclean anew"
+    return ""
+
+
+def maker() -> str:
+    """What makes machine code here: numba, Python, kind of processor."""
+    python = ".".join(map(str, sys.version_info[:2]))
+    return f"numba {numba.__version__}, Python {python}, {platform.machine()}"
+
+
 _kernels: dict[tuple[str, str], Any] = {}
 """All kernels, by module and name."""
 
@@ -170,19 +216,17 @@ class KernelFiles(_Cache):
 
     @property
     def cache_path(self) -> str:
-        """Folder of the files."""
-        return str(self._folder())
+        """Folder of the files of this user."""
+        return str((cache_directory() / self._name((), ("", "", ""))).parent)
 
-    def _folder(self) -> Path:
-        file = Path(self._function.__code__.co_filename).resolve()
-        return cache_directory() / source_digest(file)
-
-    def _place(self, types: Types, magic: tuple[str, ...]) -> Path:
+    def _name(self, types: Types, magic: tuple[str, ...]) -> str:
+        """Name of a file in either folder."""
         function = self._function
+        source = source_digest(Path(function.__code__.co_filename).resolve())
         named = f"{function.__module__}.{function.__qualname__}"
         what = f"{named}{types}{_compiler(magic)}"
         digest = hashlib.sha256(what.encode()).hexdigest()[:20]
-        return self._folder() / f"{function.__name__}-{digest}.nbc"
+        return f"{source}/{function.__name__}-{digest}.nbc"
 
     def load_overload(self, sig: Types, target_context: Any) -> Any:
         """Return the kernel compiled for some types, or None."""
@@ -190,19 +234,23 @@ class KernelFiles(_Cache):
             return None
         target_context.refresh()
         magic = target_context.codegen().magic_tuple()
-        kept = _read(self._place(sig, magic))
-        if kept is None or kept.types != sig:
-            return None
-        return _load(kept, target_context)
+        shipped = SHIPPED / self._name(sig, (magic[0], GENERIC, ""))
+        for place in (shipped, cache_directory() / self._name(sig, magic)):
+            kept = _read(place)
+            if kept is not None and kept.types == sig:
+                return _load(kept, target_context)
+        if shipped.exists():
+            _damaged.add(shipped)
+        return None
 
     def save_overload(self, sig: Types, data: Any) -> None:
         """Write a kernel compiled for some types, where the folder can be written."""
         if not self._enabled or data.library.has_dynamic_globals or data.lifted:
             return
         content = _dumps(_taken(sig, data))
-        place = self._place(sig, data.codegen.magic_tuple())
+        name = self._name(sig, data.codegen.magic_tuple())
         try:
-            _write(place, content)
+            _write(cache_directory() / name, content)
         except OSError:
             return
 

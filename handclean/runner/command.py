@@ -11,6 +11,10 @@ Check = Callable[[Batch, Sequence[Task]], None]
 """Finds what is wrong with a request before the first input, and raises it."""
 
 
+def _compiling() -> str:
+    return "compiling kernels ..."
+
+
 @dataclass(frozen=True, kw_only=True)
 class Command:
     """A command, as far as the runner has to know it.
@@ -25,7 +29,7 @@ class Command:
     makes : kind of what it makes by suffix, where that does not depend on what it
         reads; so that a wrong place is found before the work is done.
     check : looks at the request before anything is done.
-    compiling : what to say when the step compiles kernels.
+    compiling : asked what to say when the step compiles kernels.
     """
 
     name: str
@@ -34,7 +38,7 @@ class Command:
     suffixes: tuple[str, ...] = ()
     makes: Mapping[str, str] = field(default_factory=dict)
     check: Check | None = None
-    compiling: str = "compiling kernels ..."
+    compiling: Callable[[], str] = _compiling
 
     @property
     def records(self) -> Records:

@@ -34,10 +34,10 @@ class Once:
 
     Parameters
     ----------
-    text : what to say.
+    text : asked what to say, in the process that says it.
     """
 
-    def __init__(self, lock: Lock, text: str) -> None:
+    def __init__(self, lock: Lock, text: Callable[[], str]) -> None:
         self._lock = lock
         self._text = text
 
@@ -47,7 +47,7 @@ class Once:
             return
         clear = "\r\033[K" if sys.stderr.isatty() else ""
         with suppress(OSError):
-            sys.stderr.write(f"{clear}{self._text}\n")
+            sys.stderr.write(f"{clear}{self._text()}\n")
             sys.stderr.flush()
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from handclean import __version__
 from handclean.cli import main as frame
-from handclean.commands.table import COMPILING
+from handclean.commands.table import compiling
 from handclean.errors import UsageError
 
 from .program import boxes
@@ -253,6 +253,6 @@ def test_the_first_run_says_that_it_compiles_and_the_second_does_not(
     said = [handclean(*line, env=env) for _ in range(2)]
     assert [done.returncode for done in said] == [0, 0]
     count = "3 done\n" if jobs else ""
-    assert [done.stderr for done in said] == [f"{COMPILING}\n{count}", count]
+    assert [done.stderr for done in said] == [f"{compiling()}\n{count}", count]
     assert said[0].stdout.count("\n") == 1 + len(jobs)
     assert "compiling" not in said[0].stdout

@@ -9,14 +9,17 @@ from pathlib import Path
 import numba
 import pytest
 
+from handclean.commands.table import FIRST_RUN, compiling
 from handclean.kernels import jit, machine_code
 
 SOLVE = """
 import sys
+from pathlib import Path
 import numpy as np
 import numba
 from handclean.kernels import machine_code
 machine_code.SEPARATE_BYTES = int(sys.argv[1])
+machine_code.SHIPPED = Path(sys.argv[3])
 for _ in range(int(sys.argv[2])):
     numba.njit(lambda x: x)(0)  # other numbers in the names of what comes
 from handclean.kernels import linalg
@@ -39,10 +42,10 @@ pytestmark = pytest.mark.skipif(
 def solved(tmp_path):
     """Solve equations in a new process; return loaded, compiled, and the result."""
 
-    def run(separate=1, before=0, place=tmp_path / "cache"):
-        env = {**os.environ, "NUMBA_CACHE_DIR": str(place)}
+    def run(separate=1, before=0, place=tmp_path / "cache", shipped="none", **more):
+        env = {**os.environ, "NUMBA_CACHE_DIR": str(place), **more}
         env["PYTHONPATH"] = os.pathsep.join(sys.path)
-        line = [sys.executable, "-c", SOLVE, str(separate), str(before)]
+        line = [sys.executable, "-c", SOLVE, str(separate), str(before), str(shipped)]
         done = subprocess.run(line, env=env, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert not done.stderr
@@ -144,7 +147,7 @@ def test_two_processes_that_are_first_at_once_give_each_other_whole_files(
     env["PYTHONPATH"] = os.pathsep.join(sys.path)
     begun = [
         subprocess.Popen(
-            [sys.executable, "-c", SOLVE, "1", str(before)],
+            [sys.executable, "-c", SOLVE, "1", str(before), "none"],
             env=env,
             stdout=subprocess.PIPE,
             text=True,
@@ -157,18 +160,65 @@ def test_two_processes_that_are_first_at_once_give_each_other_whole_files(
     assert solved()[:2] == (3, 0)
 
 
+def test_code_that_ships_is_for_any_processor_and_beats_the_cache(solved, tmp_path):
+    shipped = tmp_path / "package"
+    made = solved(place=shipped, NUMBA_CPU_NAME="generic")
+    for path in (shipped, *shipped.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    loaded = solved(shipped=shipped)
+    assert loaded == (3, 0, made[2])
+    assert not files(tmp_path / "cache")
+
+
+def test_damaged_code_that_ships_is_compiled_into_the_cache(solved, tmp_path):
+    shipped = tmp_path / "package"
+    made = solved(place=shipped, NUMBA_CPU_NAME="generic")
+    [file] = files(shipped, "solve")
+    damaged = bytearray(file.read_bytes())
+    damaged[-9] ^= 4
+    file.write_bytes(damaged)
+    assert solved(shipped=shipped) == (2, 1, made[2])
+    assert solved(shipped=shipped) == (3, 0, made[2])
+    assert file.read_bytes() == damaged
+
+
+@pytest.fixture
+def shipped(tmp_path, monkeypatch):
+    """Say that machine code ships, made by some numba."""
+
+    def made_by(text):
+        (tmp_path / machine_code.MADE_BY).write_text(f"{text}\n")
+        monkeypatch.setattr(machine_code, "SHIPPED", tmp_path)
+
+    return made_by
+
+
+def test_it_is_said_why_code_that_ships_is_not_used(shipped, monkeypatch):
+    assert compiling() == f"compiling kernels ({FIRST_RUN}) ..."
+    shipped(machine_code.maker())
+    assert compiling() == f"compiling kernels ({FIRST_RUN}) ..."
+    file = machine_code.SHIPPED / "a1" / "solve-b2.nbc"
+    monkeypatch.setattr(machine_code, "_damaged", {file})
+    told = f"{file}: does not fit its digest; install handclean anew"
+    assert compiling() == f"compiling kernels ({told}) ..."
+    shipped("numba 0.61.0, Python 3.11, x86_64")
+    told = "the machine code that ships is made by numba 0.61.0, Python 3.11, x86_64, "
+    told += f"and this is {machine_code.maker()}"
+    assert compiling() == f"compiling kernels ({told}) ..."
+
+
 def test_a_file_is_named_after_all_that_decides_its_code(monkeypatch):
     files = machine_code.KernelFiles(count)
     magic = ("x86_64-unknown-linux-gnu", "generic", "")
     types = (numba.int64,)
     places = {
-        files._place(types, magic),
-        files._place((numba.float64,), magic),
-        files._place(types, ("x86_64-unknown-linux-gnu", "znver4", "")),
+        files._name(types, magic),
+        files._name((numba.float64,), magic),
+        files._name(types, ("x86_64-unknown-linux-gnu", "znver4", "")),
     }
     machine_code._compiler.cache_clear()
     monkeypatch.setattr(numba.config, "BOUNDSCHECK", 1)
-    places.add(files._place(types, magic))
+    places.add(files._name(types, magic))
     machine_code._compiler.cache_clear()
     assert len(places) == 4
 
@@ -230,7 +280,7 @@ def test_with_another_numba_kernels_are_kept_by_numba(tmp_path):
     env["PYTHONPATH"] = os.pathsep.join(sys.path)
     said = [
         subprocess.run(
-            [sys.executable, "-c", other, "1", "0"],
+            [sys.executable, "-c", other, "1", "0", "none"],
             env=env,
             capture_output=True,
             text=True,

@@ -38,10 +38,14 @@ def test_outside_the_watch_nothing_is_noticed():
     assert told == []
 
 
+def wait():
+    return "wait ..."
+
+
 @pytest.mark.parametrize("lock", [threading.Lock, get_context("spawn").Lock])
 def test_it_is_said_once_on_stderr(capsys, lock):
     shared = lock()
-    for once in (Once(shared, "wait ..."), Once(shared, "wait ...")):
+    for once in (Once(shared, wait), Once(shared, wait)):
         once()
         once()
     out, err = capsys.readouterr()

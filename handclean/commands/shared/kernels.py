@@ -71,11 +71,17 @@ from handclean.simulation.simulate import Trial, simulate
 from handclean.subject.calibrate import calibrate
 from handclean.subject.settings import CalibrateConfig
 
+
+def compiling() -> str:
+    """Say that kernels are compiled."""
+    return "compiling kernels, which takes a minute or two ..."
+
+
 WARM = Command(
     name="warm",
     step="handclean.commands.warm",
     formats=FORMATS,
-    compiling="compiling kernels, which takes a minute or two ...",
+    compiling=compiling,
 )
 """What a process does of ``warm``."""
 
@@ -255,10 +261,9 @@ def warm(jobs: int = 1) -> dict[str, Any]:
         for part in PARTS.values():
             part()
     hits, misses = counts()
-    compiled = min(compiled + misses, hits + misses)
     return {
-        "compiled": compiled,
-        "loaded": hits + misses - compiled,
+        "compiled": compiled + misses,
+        "loaded": max(hits - compiled, 0),
         "cache": str(cache_directory()),
     }
 
