@@ -28,7 +28,7 @@ class Scene:
 
     @property
     def skinned(self):
-        """Nodes that wear a skin."""
+        """Nodes with a skin."""
         return [n for n in self.gltf.nodes if n.skin is not None]
 
     def world(self, time):

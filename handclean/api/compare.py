@@ -37,9 +37,10 @@ def compare(
     Returns
     -------
     Comparison or SubjectComparison
-        Of takes: ``labels``, ``measured`` and ``filled`` markers [m], ``motions``
-        [rad]. Of subjects: ``lengths``, ``joints``, ``markers`` [m]. ``figures()`` has
-        everything as flat names and numbers, in millimetres and degrees.
+        Of takes: ``labels``, ``markers`` (how far those ``measured`` and ``filled`` are
+        off [m]) and ``motions`` (``angles`` [rad], root). Of subjects: ``lengths``,
+        ``joints``, ``markers`` [m]. ``figures()`` has everything as flat names and
+        numbers, in millimetres and degrees.
 
     Raises
     ------

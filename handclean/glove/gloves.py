@@ -58,7 +58,7 @@ class Glove:
     Attributes
     ----------
     name, source : what it is called and where this comes from.
-    hand : the rotations it is worn on.
+    hand : the rotations of the hands that it is for.
     sensors : S names, in the order of files without a header.
     unused : sensors that tell nothing.
     limits : readings at which the converter is saturated, or None.

@@ -1,4 +1,4 @@
-"""Gloves and the hands they are worn on."""
+"""Gloves and the hands they are for."""
 
 from pathlib import Path
 
