@@ -21,14 +21,15 @@ from handclean.runner import (
     provenance,
     read_remarks,
     records,
+    standing,
     terminal,
 )
 from handclean.runner.batch import Report, Source, Task
 from handclean.runner.command import Work
 from handclean.runner.compiling import Notice, silent, watching
 from handclean.runner.outcome import Outcome
-from handclean.runner.outputs import State
 from handclean.runner.places import written_by
+from handclean.runner.standing import State
 
 Step = Callable[[Any, Any], Outcome]
 
@@ -121,7 +122,7 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
         for path in source.reads.values()
     }
     begun = provenance.entry(work, task, digests)
-    states = {path: outputs.state(path, begun, work, digests) for path in task.outputs}
+    states = {path: standing.state(path, begun, work, digests) for path in task.outputs}
     if set(states.values()) == {State.SAME}:
         outputs.touch(task)
         made = work.command.records.of(task.outputs[0])[-1]

@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handclean.errors import FileError, HandcleanError, UsageError
-from handclean.runner import outputs
+from handclean.runner import outputs, standing
 from handclean.runner import provenance as record
 from handclean.runner.batch import Source, Task
 from handclean.runner.command import Work
 from handclean.runner.outcome import Outcome
-from handclean.runner.outputs import State
 from handclean.runner.records import digest
+from handclean.runner.standing import State
 
 TALLY = tally()
 WORK = Work(command=TALLY)
@@ -47,7 +47,7 @@ def test_a_step_may_have_several_outputs():
     assert Path("x/a.csv").read_text() == "a"
     assert Path("y/b.trc").read_text() == "b"
     assert RECORDS.of(Path("y/b.trc")) == ({"command": "b"}, BEGUN)
-    assert outputs.state(Path("x/a.csv"), BEGUN, WORK) == State.SAME
+    assert standing.state(Path("x/a.csv"), BEGUN, WORK) == State.SAME
 
 
 def test_if_one_of_several_outputs_fails_none_appears():
@@ -79,7 +79,7 @@ def test_a_machine_that_stops_between_record_and_output_leaves_no_false_output(
         outputs.write(
             task("a.csv"), Outcome(line="", writers=(put("new"),)), BEGUN, TALLY
         )
-    assert outputs.state(Path("a.csv"), BEGUN, WORK) == State.MISSING
+    assert standing.state(Path("a.csv"), BEGUN, WORK) == State.MISSING
 
 
 @pytest.mark.parametrize(
