@@ -30,6 +30,7 @@ Floats32 = NDArray[np.float32]
 Ints = NDArray[np.int64]
 Ints32 = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
+Words = NDArray[np.uint64]
 Bools = NDArray[np.bool_]
 
 

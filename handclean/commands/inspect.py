@@ -10,6 +10,7 @@ from handclean.commands.shared.take_options import options_of
 from handclean.errors import UsageError
 from handclean.io.c3d.verdict import Verdict
 from handclean.io.c3d.verify import verify_c3d
+from handclean.remarks import listed
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
 
@@ -38,6 +39,8 @@ FIGURES = {
     "analog_rate": "their samples per second",
     "events": "events",
     "steps": "commands that made the file",
+    "program": "CSV of a tracking system: which wrote it",
+    "subjects": "CSV of a tracking system: before the colon of its markers' names",
     "processor": "C3D: Intel, DEC or MIPS",
     "numbers": "C3D: integer or float",
     "scale": "C3D: POINT:SCALE",
@@ -168,6 +171,8 @@ def in_words(figures: Mapping[str, Any], more: Sequence[str] = ()) -> str:
         count = _count(figures.get(name, 0)) if what else 0
         if count:
             words.append(f"{count} {what}{'s' * (count != 1)}{_MORE.get(what, '')}")
+            if what == "marker" and figures.get("subjects"):
+                words[-1] += f" of {listed(figures['subjects'])}"
     words += _mesh(figures)
     if figures.get("steps"):
         words.append("made by " + ", ".join(figures["steps"]))
@@ -209,7 +214,8 @@ def _mesh(figures: Mapping[str, Any]) -> list[str]:
 
 def _format(figures: Mapping[str, Any]) -> str:
     parts = (figures.get(name) for name in ("format", "processor", "numbers"))
-    return " ".join(str(part) for part in parts if part)
+    text = " ".join(str(part) for part in parts if part)
+    return f"{text} of {figures['program']}" if figures.get("program") else text
 
 
 def _length(figures: Mapping[str, Any]) -> str:

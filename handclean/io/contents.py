@@ -40,6 +40,7 @@ def inspect_take(
         "format": suffix.removeprefix("."),
         **_about(reading.recording),
         "unit": reading.unit,
+        **reading.told,
         **reported(
             (*reading.remarks, *found.remarks, *remarks_on_samples(reading.recording))
         ),

@@ -15,6 +15,7 @@ from handclean.io.text.trc_write import write_trc
 from handclean.recording import Motion, Points, Recording, trajectories
 from handclean.runner import manifest
 from tests.fuzz.inputs import TEXT, Reader
+from tests.io.text import vendor_files
 
 
 def a_take():
@@ -57,12 +58,6 @@ TABLES = {
     + [f"{k},{row}" for k, row in enumerate(ROWS)],
     "spread": ["Frame;A;;;B;;;", ";X;Y;Z;X;Y;Z;q", ";mm;mm;mm;mm;mm;mm;"]
     + [f"{k},{row}".replace(",", ";") for k, row in enumerate(ROWS)],
-    "nexus": ["Trajectories", "100", ",,H:A,,", "Frame,Sub Frame,X,Y,Z", ",,mm,mm,mm"]
-    + [f"{k},0,1,2,3" for k in range(9)],
-    "motive": [
-        *["Format Version,1.23,Capture Frame Rate,120", "", ",Type,Marker,Marker"],
-        *[",Name,A,A", ",ID,1,1", ",,Position,Position", "Frame,Time (Seconds),X,Y"],
-    ],
 }
 
 
@@ -83,6 +78,15 @@ def csv_seeds(folder):
         (folder / f"{name}.csv").write_text("\n".join([*lines, ""]))
 
 
+def vendor_seeds(folder):
+    for make in (vendor_files.nexus, vendor_files.motive):
+        for seed in range(8):
+            text, _ = make(np.random.default_rng(seed))
+            (folder / f"{make.__name__}{seed}.csv").write_text(text)
+    bare = [f"{k},{k / 120:.5f},{row}" for k, row in enumerate(ROWS)]
+    (folder / "bare.csv").write_text("\n".join([row[:-1] for row in bare]))
+
+
 def tsv_seeds(folder):
     head = ["NO_OF_FRAMES\t9", "FREQUENCY\t120", "EVENT\tgrasp\t2\t0.01"]
     head += ["MARKER_NAMES\tA\tB", "TRAJECTORY_TYPES\tMeasured\tMixed"]
@@ -90,6 +94,10 @@ def tsv_seeds(folder):
     rows = [f"{k + 1}\t{k / 120:.5f}\t1\t2\t3\t4\tNULL\t6" for k in range(9)]
     (folder / "qualisys.tsv").write_text("\n".join([*head, names, *rows, ""]))
     (folder / "bare.tsv").write_text("\n".join([names, *rows, ""]))
+    (folder / "numbers.tsv").write_text("\n".join([*rows, ""]))
+    six = "Frame\tTime\tCup X\tCup Y\tCup Z\tRoll\tPitch\tYaw\tResidual\tRot[0]"
+    bodies = [*head[:2], "NO_OF_BODIES\t1", "BODY_NAMES\tCup", six, rows[0]]
+    (folder / "bodies.tsv").write_text("\n".join([*bodies, ""]))
 
 
 def glove_seeds(folder):
@@ -147,6 +155,7 @@ def read_manifest(path):
 READERS = {
     "trc": Reader(read=read_take, seeds=trc_seeds, mutators=TEXT),
     "csv": Reader(read=read_take, seeds=csv_seeds, mutators=TEXT),
+    "vendors": Reader(read=read_take, seeds=vendor_seeds, mutators=TEXT),
     "tsv": Reader(read=read_take, seeds=tsv_seeds, mutators=TEXT),
     "mot": Reader(read=inspect_mot, seeds=mot_seeds, mutators=TEXT),
     "glove_csv": Reader(read=read_glove, seeds=glove_seeds, mutators=TEXT),

@@ -1,26 +1,39 @@
 """Tables of numbers in text: fast where they are clean, exact words where not.
 
-Lines are parsed one by one from the bytes, without decoding, into one flat array, so
-that memory stays within a small multiple of the file's size whatever it claims.
+Blocks of whole lines are read at once by `handclean.io.shared.decimals`. A block that
+is not plainly numbers is parsed line by line, which says where it is not. All goes from
+the bytes, without decoding, into one flat array, so that memory stays within a small
+multiple of the file's size whatever it claims.
 """
 
 import math
 from array import array
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.errors import FileError, Place
+from handclean.io.shared import decimals
 from handclean.io.shared.missing import number_in
 from handclean.io.shared.reading import text
 from handclean.remarks import Remark, remark
 
 MOST_COLUMNS = 100_000
 """Columns of a table, at most (chosen)."""
+
+_CELLS = 24_000
+"""Cells that are read at once (chosen: half as many take 1.1 times as long)."""
+
+_LARGEST = 1 << 18
+"""[bytes] of the cells that are read at once, at most (chosen)."""
+
+_KEPT = 1 << 20
+"""Numbers of an array that is asked for and given back before many blocks are read.
+After that the C library of Linux keeps what smaller arrays give back; else it has every
+array's pages from the system anew, which takes as long as all the rest (measured)."""
 
 _BLANK = b" \t\v\f"
 
@@ -33,29 +46,59 @@ class Lines:
         self.number = 0
         self.ended = True
         """Whether the line read last had an end; a file that was cut may lack it."""
-        self._stream = BytesIO(content)
+        self.content = content
+        self._at = 0
+        self._stop = len(content)
 
     @property
     def where(self) -> Place:
         """The file and the line read last, for messages."""
         return Place(self.path, f" line {self.number}")
 
+    def narrow(self, start: int, stop: int) -> None:
+        """Go on at the line that begins at byte ``start``, up to byte ``stop``."""
+        self.number = self.content.count(b"\n", 0, start)
+        self._at, self._stop = start, stop
+
     def next(self) -> bytes | None:
         """Return the next line without its end, None after the last."""
-        line = self._stream.readline()
-        if not line:
+        if self._at >= self._stop:
             return None
+        stop = self._line_end(self._at)
+        line = self.content[self._at : stop]
+        self.ended = stop < self._stop
+        self._at = stop + 1
         self.number += 1
-        self.ended = line.endswith(b"\n")
-        return line.rstrip(b"\n")
+        return line
 
     def peek(self, after: int = 0) -> bytes | None:
         """Return the next line, or one ``after`` it, and leave all to be read."""
-        place = self._stream.tell()
-        for _ in range(after + 1):
-            line = self._stream.readline()
-        self._stream.seek(place)
-        return line.rstrip(b"\n") if line else None
+        at = self._at
+        for _ in range(after):
+            at = self._line_end(at) + 1
+        return None if at >= self._stop else self.content[at : self._line_end(at)]
+
+    def _line_end(self, at: int) -> int:
+        stop = self.content.find(b"\n", at, self._stop)
+        return self._stop if stop < 0 else stop
+
+    def block(self, size: int) -> bytes:
+        """Return whole lines with their ends, of ``size`` bytes or one longer line.
+
+        Nothing but the last line may lack its end; that is no whole line.
+        """
+        if self._stop - self._at > size:
+            stop = self.content.rfind(b"\n", self._at, self._at + size) + 1
+            stop = stop or self.content.find(b"\n", self._at + size, self._stop) + 1
+        else:
+            stop = self.content.rfind(b"\n", self._at, self._stop) + 1
+        return self.content[self._at : stop]
+
+    def skip(self, block: bytes, count: int) -> None:
+        """Read past a block of so many whole lines."""
+        self._at += len(block)
+        self.number += count
+        self.ended = True
 
     def cells(self, delimiter: bytes | None) -> list[bytes]:
         """Return the next line's cells, stripped.
@@ -108,6 +151,7 @@ class Form:
     ends : how many cells a row may have, too, where blanks at its end were cut off.
     beyond : collects what stands beyond the columns; None: they must be blank.
     numbered : whether a column counts frames, so that a row of blanks is none.
+    ignored : columns that may hold anything; they are NaN.
     """
 
     columns: int
@@ -115,6 +159,7 @@ class Form:
     ends: Collection[int] = ()
     beyond: Beyond | None = None
     numbered: bool = False
+    ignored: Collection[int] = ()
 
 
 def read_numbers(
@@ -138,39 +183,36 @@ def read_numbers(
     FileError
         With the line and column of what is not a number; or if there is no row.
     """
-    values, short = array("d"), 0
-    nothing = _BLANK + (form.delimiter or b"") if form.numbered else _BLANK
-    while (line := lines.next()) is not None:
-        if not line.strip(nothing):
+    rows = _Rows(form=form)
+    size = min(_CELLS * len(lines.peek() or b" ") // form.columns, _LARGEST)
+    if len(lines.content) > 4 * _LARGEST:
+        np.zeros(_KEPT)
+    while (block := lines.block(size)) or lines.peek() is not None:
+        if block and rows.add_block(lines, block):
             continue
-        try:
-            row, cut = _row(lines, line, form, len(values) // form.columns)
-            if cut and not (short or lines.ended):
-                raise _of_length(lines, len(line.split(form.delimiter)), form)
-        except FileError as error:
+        for _ in range(block.count(b"\n") or 1):
+            if (error := rows.add_line(lines)) is None:
+                continue
+            saved = len(rows.values) // form.columns
             if lines.peek() is not None:
-                raise
-            saved = len(values) // form.columns
+                raise error
             if not lenient:
                 hint = f"a cut file? --lenient saves {saved} rows"
-                raise FileError(lines.path, _after(error), hint) from None
+                raise FileError(lines.path, _after(error), hint)
             remarks.append(
                 remark("damage", f"the last line was left out: {_after(error)}")
             )
-            break
-        values.extend(row)
-        short += cut
-    if not values:
+    if not rows.values:
         raise FileError(lines.path, "has no frames")
-    if short:
+    if rows.short:
         remarks.append(
             remark(
                 "missing",
-                f"{short} rows end early: what they lack counts as missing",
-                rows=short,
+                f"{rows.short} rows end early: what they lack counts as missing",
+                rows=rows.short,
             )
         )
-    grid = np.frombuffer(values, dtype=np.float64).reshape(-1, form.columns).copy()
+    grid = np.frombuffer(rows.values, dtype=np.float64).reshape(-1, form.columns)
     infinite = np.isinf(grid)
     if infinite.any():
         grid[infinite] = np.nan
@@ -184,6 +226,44 @@ def read_numbers(
     return grid
 
 
+@dataclass
+class _Rows:
+    """Rows that were read, and how many of them ended early."""
+
+    form: Form
+    values: "array[float]" = field(default_factory=lambda: array("d"))
+    short: int = 0
+
+    def add_block(self, lines: Lines, block: bytes) -> bool:
+        """Read whole lines at once; False, and nothing read, if not all are rows."""
+        if self.form.delimiter is None:
+            return False
+        form = self.form
+        assert form.delimiter is not None
+        table = decimals.table(block, form.columns, form.delimiter, form.ignored)
+        if table is None:
+            return False
+        lines.skip(block, len(table))
+        self.values.frombytes(table.data.cast("B"))
+        return True
+
+    def add_line(self, lines: Lines) -> FileError | None:
+        """Read the next line; return what is wrong with it, if so."""
+        form, line = self.form, lines.next()
+        nothing = _BLANK + (form.delimiter or b"") if form.numbered else _BLANK
+        if line is None or not line.strip(nothing):
+            return None
+        try:
+            row, cut = _row(lines, line, form, len(self.values) // form.columns)
+        except FileError as error:
+            return error
+        if cut and not (self.short or lines.ended):
+            return _of_length(lines, len(line.split(form.delimiter)), form)
+        self.values.extend(row)
+        self.short += cut
+        return None
+
+
 def _after(error: FileError) -> str:
     """What is wrong in which line, for a message that names the file."""
     part = error.where.part.strip() if isinstance(error.where, Place) else ""
@@ -193,7 +273,9 @@ def _after(error: FileError) -> str:
 def _row(lines: Lines, line: bytes, form: Form, row: int) -> tuple[list[float], bool]:
     """Return a row's numbers, and whether its end was cut off."""
     cells = line.split(form.delimiter, form.columns)
-    if len(cells) == form.columns and b"_" not in line:
+    for column in form.ignored:
+        cells[column : column + 1] = [b""] if column < len(cells) else []
+    if len(cells) == form.columns and not form.ignored and b"_" not in line:
         try:
             return list(map(float, cells)), False
         except ValueError:

@@ -8,7 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -38,11 +38,13 @@ class Reading:
     recording : the take.
     unit : the file's unit of length, as the file or the option calls it.
     remarks : what was odd.
+    told : what else ``inspect`` tells of the file, as plain JSON values.
     """
 
     recording: Recording
     unit: str
     remarks: tuple[Remark, ...] = ()
+    told: Mapping[str, Any] = field(default_factory=dict)
 
 
 def reported(remarks: Iterable[Remark]) -> dict[str, Any]:
@@ -121,6 +123,8 @@ def load_text(path: Path) -> bytes:
     if b"\0" in content:
         raise FileError(path, "is not text: it holds zero bytes")
     content = content.rstrip(b"\x1a")  # the end of a file, for DOS
+    if b"\r" not in content:  # which is found out in no time
+        return content
     return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
@@ -226,7 +230,12 @@ def is_loose(label: str) -> bool:
 
 def finite(rows: Floats) -> Bools:
     """(...) whether all numbers of each row are finite; rows are the last axis."""
-    return np.array(np.isfinite(rows).all(axis=-1), dtype=bool)
+    known = np.isfinite(rows)
+    if rows.shape[-1] != 3:
+        return np.array(known.all(axis=-1), dtype=bool)
+    out: Bools = known[..., 0] & known[..., 1]
+    out &= known[..., 2]
+    return out
 
 
 def sort_out(
@@ -236,7 +245,8 @@ def sort_out(
 
     Parameters
     ----------
-    positions : (T, M, 3) [m], NaN where missing.
+    positions : (T, M, 3) [m], NaN where missing; becomes the markers', where all
+        columns are.
     labels : M column names.
     origin : (T, M) `Origin` of each sample; default: measured where finite.
 
@@ -252,14 +262,15 @@ def sort_out(
     markers = points = None
     if len(keep):
         columns = keep.astype(np.int32)
-        clean = positions[:, keep]
-        clean[~seen[:, keep]] = np.nan
+        which = keep if len(loose) else slice(None)
+        clean, there = positions[:, which], seen[:, which]
+        clean[~there] = np.nan
         markers = Trajectories(
             positions=clean,
             labels=tuple(labels[i] for i in keep),
             model=("",) * len(keep),
-            origin=origin[:, keep],
-            source=np.where(seen[:, keep], columns, np.int32(-1)),
+            origin=origin[:, which],
+            source=np.where(there, columns, np.int32(-1)),
         )
     if len(loose):
         frame, column = np.nonzero(seen[:, loose])

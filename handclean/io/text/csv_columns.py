@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from handclean.errors import FileError
 from handclean.io.shared.clock import SECONDS_SAID, Column, clock_of
-from handclean.io.shared.reading import check_labels
+from handclean.io.shared.reading import check_labels, is_loose
 from handclean.io.shared.settle import METRES, named_unit
 from handclean.io.text.csv_header import INDEX, Head
 from handclean.remarks import Remark, remark
@@ -102,8 +102,8 @@ def own_layout(path: Path, head: Head, own: dict[str, Any]) -> Layout:
         elif time is None and name == "time_s":
             time = column
         else:
-            extra.append(_short(name))
-    markers = _whole(path, axes)
+            extra.append(short(name))
+    markers = whole(path, axes)
     if not motions:
         check_labels(path, list(markers))
     clock = SECONDS_SAID
@@ -139,21 +139,21 @@ def others_layout(path: Path, head: Head) -> Layout:
             _put(path, axes, (found["name"], found["axis"].upper()), column, names)
             units.setdefault(found["name"], []).extend(stated)
         elif name not in ("", INDEX):
-            extra.append(_short(f"{name} [{below}]" if below else name))
+            extra.append(short(f"{name} [{below}]" if below else name))
             strange += stated if found else []
     for name in _no_places(axes):
-        extra += [_short(names[column]) for column in axes.pop(name).values()]
+        extra += [short(names[column]) for column in axes.pop(name).values()]
         del units[name]
     if frame is None and names[:1] in ([""], [INDEX]):
         frame = 0
-    markers = _whole(path, axes)
+    markers = whole(path, axes)
     if not markers:
         right = "its columns should be called NAME_X, NAME_Y, NAME_Z"
         if strange:
-            right = f"the unit '{_short(strange[0])}' is none of mm, cm, dm, m"
+            right = f"the unit '{short(strange[0])}' is none of mm, cm, dm, m"
         raise FileError(path, "has no markers", right)
     check_labels(path, list(markers))
-    length = _one_unit(path, [unit for mine in units.values() for unit in mine])
+    length = one_unit(path, [unit for mine in units.values() for unit in mine])
     for unit in strange:
         if unit.lower() in _FOREIGN:
             wrong = f"its columns are in {length or 'no unit'} and in {unit}"
@@ -187,13 +187,39 @@ def _put(
     name, axis = key
     mine = axes.setdefault(name, {})
     if axis in mine:
-        one, other = _short(names[mine[axis]]), _short(names[column])
+        one, other = short(names[mine[axis]]), short(names[column])
         how = "differ in case only" if one.lower() == other.lower() else "are one place"
         wrong = f"columns '{one}' and '{other}' {how}"
-        raise FileError(
-            path, wrong, f"one of them should be {axis} of '{_short(name)}'"
-        )
+        raise FileError(path, wrong, f"one of them should be {axis} of '{short(name)}'")
     mine[axis] = column
+
+
+def note_axis(
+    path: Path,
+    axes: dict[str, dict[str, int]],
+    label: str,
+    axis: str,
+    column: int,
+) -> str:
+    """Note a marker's axis; one without a name of its own becomes ``*COLUMN``.
+
+    Returns
+    -------
+    the label that was taken
+
+    Raises
+    ------
+    FileError
+        If a marker's name stands twice.
+    """
+    if label and axis in axes.get(label, {}):
+        if not is_loose(label):
+            wrong = f"2 markers are called '{short(label)}'"
+            raise FileError(path, wrong, "names should be unique")
+        label = ""
+    label = label or f"*{column - 'XYZ'.index(axis)}"
+    axes.setdefault(label, {})[axis] = column
+    return label
 
 
 def _no_places(axes: Mapping[str, Mapping[str, int]]) -> list[str]:
@@ -210,14 +236,28 @@ def _of(name: str, axes: Mapping[str, object]) -> bool:
     )
 
 
-def _whole(path: Path, axes: dict[str, dict[str, int]]) -> dict[str, list[int]]:
+def whole(path: Path, axes: dict[str, dict[str, int]]) -> dict[str, list[int]]:
+    """Return the three columns of each marker.
+
+    Raises
+    ------
+    FileError
+        If one lacks an axis.
+    """
     for name, mine in axes.items():
         if lacking := [axis for axis in "XYZ" if axis not in mine]:
-            raise FileError(path, f"marker '{_short(name)}' has no {lacking[0]} column")
+            raise FileError(path, f"marker '{short(name)}' has no {lacking[0]} column")
     return {name: [mine[axis] for axis in "XYZ"] for name, mine in axes.items()}
 
 
-def _one_unit(path: Path, units: list[str]) -> str | None:
+def one_unit(path: Path, units: list[str]) -> str | None:
+    """Return the unit that all columns have, None where none says one.
+
+    Raises
+    ------
+    FileError
+        If they differ.
+    """
     metres = {METRES[(named_unit(unit) or unit).lower()]: unit for unit in units}
     if len(metres) > 1:
         shown = " and in ".join(sorted(metres.values()))
@@ -232,12 +272,13 @@ def like_another(labels: list[str]) -> list[Remark]:
     for label in labels:
         other = seen.setdefault(label.casefold(), label)
         if other != label:
-            pairs.append(f"'{_short(other)}' and '{_short(label)}'")
+            pairs.append(f"'{short(other)}' and '{short(label)}'")
     if not pairs:
         return []
     text = f"markers whose names differ in case only: {', '.join(pairs[:5])}"
     return [remark("labels", text)]
 
 
-def _short(name: str) -> str:
+def short(name: str) -> str:
+    """Return a name as messages show it."""
     return name if len(name) <= _NAME_CHARACTERS else name[:_NAME_CHARACTERS] + "..."

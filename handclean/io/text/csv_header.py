@@ -28,6 +28,9 @@ _CELL_CHARACTERS = 64
 
 _PLACE = re.compile(r"[-_.:][XYZxyz]")
 _AXIS = re.compile(r"([xyz])\d*", re.IGNORECASE)
+_LINE_BYTES = 1_000_000
+"""[bytes] of a line among the first that are looked at (chosen)."""
+
 _MOST_HEADER_LINES = 6
 """Lines below the first one in which numbers begin at the latest (chosen)."""
 
@@ -106,8 +109,8 @@ def read_head(path: Path, lines: Lines) -> Head:
     while _is_idle(line := lines.peek() or b"") and lines.peek(1) is not None:
         lines.next()
     delimiter = delimiter_of(line, lines.peek(1) or b"")
-    names = _cells(lines, delimiter)
-    if any(names) and all(_is_number(name) for name in names if name):
+    names = cells_of(lines, delimiter)
+    if any(names) and all(is_number(name) for name in names if name):
         raise FileError(
             lines.where,
             "holds numbers where the names of the columns should be",
@@ -160,7 +163,7 @@ def refuse_decimal_commas(lines: Lines, delimiter: bytes | None) -> None:
                 raise FileError(lines.path, wrong, "save it with decimal points")
 
 
-def _cells(lines: Lines, delimiter: bytes) -> list[str]:
+def cells_of(lines: Lines, delimiter: bytes) -> list[str]:
     """Read a line of names."""
     line = lines.peek() or b""
     names = [text(cell) for cell in lines.cells(delimiter)]
@@ -170,6 +173,21 @@ def _cells(lines: Lines, delimiter: bytes) -> list[str]:
         except (csv.Error, ValueError):
             raise FileError(lines.where, "is no line of column names") from None
     return [name.strip() for name in names]
+
+
+def head_rows(lines: Lines, deepest: int) -> list[list[str]]:
+    """Cells of the next lines, parted by what parts most of them; none is read."""
+    peeked = (lines.peek(after) for after in range(deepest))
+    head = [text(line[:_LINE_BYTES]) for line in peeked if line is not None]
+    mark = max(",;\t", key="".join(head).count)
+    rows: list[list[str]] = []
+    for line in head:
+        try:
+            row = next(csv.reader([line], delimiter=mark), [])
+        except csv.Error:
+            row = line.split(mark)
+        rows.append([cell.strip() for cell in row] or [""])
+    return rows
 
 
 def delimiter_of(header: bytes, row: bytes) -> bytes:
@@ -187,7 +205,8 @@ def delimiter_of(header: bytes, row: bytes) -> bytes:
     return max((b",", b";", b"\t"), key=order)
 
 
-def _is_number(name: str) -> bool:
+def is_number(name: str) -> bool:
+    """Whether a cell is a number, perhaps with a decimal comma."""
     try:
         float(name.replace(",", "."))
     except ValueError:
@@ -207,7 +226,7 @@ def _stacked(
     block, below = [first], 0
     for after in range(_MOST_HEADER_LINES):
         row = [text(c).strip().strip('"') for c in _split(lines.peek(after), delimiter)]
-        numbers = [_is_number(cell) for cell in row]
+        numbers = [is_number(cell) for cell in row]
         blank = all(n or is_missing(c) for n, c in zip(numbers, row, strict=True))
         if blank or (below and (any(numbers) or _axes(row) >= 3)):
             break
@@ -215,14 +234,14 @@ def _stacked(
         below = below or (len(block) if _axes(row) >= 3 else 0)
     if below:
         names = _joined(block[below - 2], block[below - 1])
-    elif len(block) == 2 and _units(block[1]):
+    elif len(block) == 2 and units_in(block[1]):
         names, below = first, 1
     else:
         return first, []
     for _ in block[1:]:
         lines.next()
-    units = next(filter(_units, block[below:]), [])
-    return names, [_bare(unit) for unit in units]
+    units = next(filter(units_in, block[below:]), [])
+    return names, [bare_unit(unit) for unit in units]
 
 
 def _joined(named: list[str], axes: list[str]) -> list[str]:
@@ -242,8 +261,8 @@ def _joined(named: list[str], axes: list[str]) -> list[str]:
 
 def _lead(name: str, axis: str, column: int) -> str:
     """Name a column before the first marker: a frame's number or a time."""
-    if _bare(axis).lower() in SECONDS and time_column(name):
-        return f"{name} [{_bare(axis)}]"
+    if bare_unit(axis).lower() in SECONDS and time_column(name):
+        return f"{name} [{bare_unit(axis)}]"
     if column == 0 and axis.lower() in ("", "coords", "coord", "axis", "bodyparts"):
         counts = name.lower().startswith("frame") or time_column(name)
         return name if counts else INDEX
@@ -260,14 +279,14 @@ def _axes(row: list[str]) -> int:
     return count if count >= 0.5 * sum(1 for cell in row if cell) else 0
 
 
-def _units(row: list[str]) -> bool:
+def units_in(row: list[str]) -> bool:
     """Whether a line says units of lengths or times, and has no numbers."""
-    units = [_bare(cell).lower() for cell in row]
+    units = [bare_unit(cell).lower() for cell in row]
     known = any(unit in METRES or unit in SECONDS for unit in units)
-    return known and not any(map(_is_number, row))
+    return known and not any(map(is_number, row))
 
 
-def _bare(cell: str) -> str:
+def bare_unit(cell: str) -> str:
     """Return a unit without brackets around it; "" for a cell that says none."""
     unit = cell[1:-1].strip() if cell[:1] + cell[-1:] in ("[]", "()", "{}") else cell
     return "" if is_missing(unit) else unit

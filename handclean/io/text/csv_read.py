@@ -27,7 +27,7 @@ columns of velocities and the like are left out (`handclean.io.text.csv_columns`
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,7 +55,9 @@ from handclean.io.text.csv_columns import (
     own_layout,
 )
 from handclean.io.text.csv_header import INDEX, own_comment, read_head
-from handclean.io.text.vendors import refuse_vendors
+from handclean.io.text.described import Described
+from handclean.io.text.nameless import describe_nameless
+from handclean.io.text.vendors import describe_vendors
 from handclean.recording import Motion, Origin, Points, Recording, Trajectories
 from handclean.remarks import Remark, listed, remark
 
@@ -84,53 +86,100 @@ def read_csv(
     UsageError
         If the rate or the unit is not known, or an option contradicts the file.
     """
+    return read_table(path, rate_hz=rate_hz, unit=unit, lenient=lenient, bare=False)
+
+
+def read_table(
+    path: Path, *, rate_hz: float | None, unit: str | None, lenient: bool, bare: bool
+) -> Reading:
+    """Read a table as `read_csv` does.
+
+    Parameters
+    ----------
+    bare : it may be numbers of places alone, without frames, times and names.
+    """
     lines = Lines(path, load_text(path))
-    refuse_vendors(path, lines)
-    own = own_comment(path, lines)
-    head = read_head(path, lines)
-    layout = own_layout(path, head, own) if own else others_layout(path, head)
-    remarks = [] if own else like_another(list(layout.markers))
-    stated = own.get("unit") or layout.unit
-    no_rate = rate_hz is None and "rate_hz" not in own and layout.time is None
-    ask_for(path, rate=no_rate, unit=no_rate and (unit or stated) is None)
-    form = Form(
-        columns=len(head.names),
-        delimiter=head.delimiter,
-        ends=() if own else _ends(layout, len(head.names)),
-        numbered=layout.frame is not None,
+    table = (
+        describe_vendors(path, lines)
+        or describe_nameless(lines, bare=bare)
+        or _plain(path, lines)
     )
-    grid = read_numbers(lines, form, remarks, lenient=lenient)
-    timing = _timing(path, grid, layout, head.names, own, rate_hz, remarks)
+    layout, said = table.layout, table.said
+    remarks = list(table.remarks)
+    stated = said.get("unit") or layout.unit
+    no_rate = rate_hz is None and "rate_hz" not in said and layout.time is None
+    ask_for(path, rate=no_rate, unit=no_rate and (unit or stated) is None)
+    grid = read_numbers(lines, _form(table), remarks, lenient=lenient)
+    del lines  # and the text with them
+    timing = _timing(path, grid, table, rate_hz, remarks)
     no_rate = timing.rate is None and rate_hz is None
     ask_for(path, rate=no_rate, unit=(unit or stated) is None)
     rate, length = (
         settle_rate(path, timing.rate, rate_hz),
         settle_unit(path, stated, unit, remarks),
     )
-    if layout.extra:
-        remarks.append(
-            remark(
-                "left-out",
-                "not a marker's place, left out: "
-                f"{listed(layout.extra, _SHOWN_COLUMNS)}",
-                columns=list(layout.extra),
-            )
-        )
+    remarks += _differs(table, len(grid))
     first, values = place_rows(path, timing.numbers, grid, remarks)
-    markers, points = _placed(path, values, layout, length, None if own else remarks)
+    markers, points = _placed(path, values, table, length, remarks)
     recording = Recording(
         rate=rate,
         frames=len(values),
         first_frame=first,
         start_time=timing.start,
-        up_axis=own.get("up_axis", ""),
+        up_axis=said.get("up_axis", ""),
         markers=markers,
         unlabelled=points,
         motions={
             name: _motion(path, values, layout, name, length) for name in layout.motions
         },
+        parameters={"CSV": dict(table.facts)} if table.facts else {},
     )
-    return Reading(recording=recording, unit=length, remarks=tuple(remarks))
+    told = {"program": table.program, **table.facts} if table.program else {}
+    return Reading(recording=recording, unit=length, remarks=tuple(remarks), told=told)
+
+
+def _plain(path: Path, lines: Lines) -> Described:
+    """Read the head of a file of ours, or of any other with three columns a marker."""
+    own = own_comment(path, lines)
+    head = read_head(path, lines)
+    layout = own_layout(path, head, own) if own else others_layout(path, head)
+    return Described(
+        layout=layout,
+        names=head.names,
+        delimiter=head.delimiter,
+        said=own,
+        is_own=bool(own),
+        remarks=() if own else tuple(like_another(list(layout.markers))),
+    )
+
+
+def _form(table: Described) -> Form:
+    """Say what rows look like: of somebody else's they may lack what is blank."""
+    layout, columns = table.layout, len(table.names)
+    used = {
+        layout.frame,
+        layout.time,
+        *(c for cs in layout.markers.values() for c in cs),
+    }
+    return Form(
+        columns=columns,
+        delimiter=table.delimiter,
+        ends=() if table.is_own else _ends(layout, columns),
+        numbered=layout.frame is not None,
+        ignored=() if table.is_own else sorted(set(range(columns)) - used),
+    )
+
+
+def _differs(table: Described, rows: int) -> list[Remark]:
+    """Remark on columns that are left out, and on rows that the head denies."""
+    found = []
+    if extra := table.layout.extra:
+        text = f"not a marker's place, left out: {listed(extra, _SHOWN_COLUMNS)}"
+        found.append(remark("left-out", text, columns=list(extra)))
+    if table.rows not in (None, rows):
+        text = f"its head says {table.rows} frames, there are {rows} rows"
+        found.append(remark("header", text, stated=table.rows, rows=rows))
+    return found
 
 
 class _Timing(NamedTuple):
@@ -144,9 +193,7 @@ class _Timing(NamedTuple):
 def _timing(
     path: Path,
     grid: Floats,
-    layout: Layout,
-    names: list[str],
-    own: dict[str, Any],
+    table: Described,
     option: float | None,
     remarks: list[Remark],
 ) -> _Timing:
@@ -157,8 +204,8 @@ def _timing(
     FileError
         If its times run at a rate that no camera has.
     """
-    numbers = _numbers(grid, layout, names, own)
-    rate, start = own.get("rate_hz"), own.get("start_time_s")
+    layout, numbers = table.layout, _numbers(grid, table)
+    rate, start = table.said.get("rate_hz"), table.said.get("start_time_s")
     if layout.time is None:
         return _Timing(numbers, rate, start or 0.0)
     times = in_seconds(
@@ -166,7 +213,7 @@ def _timing(
     )
     if rate is None:
         rate = rate_of(numbers, times, option, remarks)
-        expect_possible(path, rate, option, names[layout.time])
+        expect_possible(path, rate, option, table.names[layout.time])
         begun = float(times[0]) if np.isfinite(times[0]) else 0.0
     else:
         begun = start_of(times, numbers, rate, f"{rate:g} Hz", remarks)
@@ -174,17 +221,23 @@ def _timing(
 
 
 def _placed(
-    path: Path, values: Floats, layout: Layout, unit: str, remarks: list[Remark] | None
+    path: Path, values: Floats, table: Described, unit: str, remarks: list[Remark]
 ) -> tuple[Trajectories | None, Points | None]:
-    """Cut the markers out of the table; without remarks none stands for no place."""
+    """Cut the markers out of the table; in ours nothing stands for no place."""
+    layout = table.layout
     if not layout.markers:
         return None, None
-    positions = values[:, [c for cs in layout.markers.values() for c in cs]]
-    positions = positions.reshape(len(values), -1, 3)
-    if remarks is not None:
-        blank_out(positions, METRES[unit.lower()], remarks)
+    columns = [c for cs in layout.markers.values() for c in cs]
+    first, count = columns[0], len(columns)
+    if columns == list(range(first, first + count)):  # no copy then
+        places = values[:, first : first + count]
+    else:
+        places = values[:, columns]
+    places = places.reshape(len(values), -1, 3)
+    if not table.is_own:
+        blank_out(places, METRES[unit.lower()], remarks)
     origin = _origins(path, values, layout)
-    return sort_out(in_metres(positions, unit), list(layout.markers), origin)
+    return sort_out(in_metres(places, unit), list(layout.markers), origin)
 
 
 def _ends(layout: Layout, columns: int) -> frozenset[int]:
@@ -202,17 +255,16 @@ def _ends(layout: Layout, columns: int) -> frozenset[int]:
     return frozenset(np.flatnonzero(whole[:columns]).tolist())
 
 
-def _numbers(
-    grid: Floats, layout: Layout, names: list[str], own: dict[str, Any]
-) -> Floats:
+def _numbers(grid: Floats, table: Described) -> Floats:
     """(N,) frame numbers; a first column without a name counts where it can."""
+    layout = table.layout
     if layout.frame is not None:
         numbers: Floats = grid[:, layout.frame]
-        named = layout.frame > 0 or names[0] not in ("", INDEX)
+        named = layout.frame > 0 or table.names[0] not in ("", INDEX)
         whole = bool(np.all(numbers == np.round(numbers)))
         if named or (whole and bool(np.all(np.diff(numbers) > 0))):
             return numbers
-    return np.arange(len(grid), dtype=float) + float(own.get("first_frame", 1))
+    return np.arange(len(grid), dtype=float) + float(table.said.get("first_frame", 1))
 
 
 def _origins(path: Path, values: Floats, layout: Layout) -> Bytes | None:

@@ -33,13 +33,43 @@ from handclean.io.shared.settle import (
     settle_rate,
     settle_unit,
 )
-from handclean.io.text.csv_header import refuse_decimal_commas
-from handclean.io.text.csv_read import read_csv
+from handclean.io.text.csv_header import is_number, refuse_decimal_commas
+from handclean.io.text.csv_read import read_table
 from handclean.recording import Event, Numbering, Origin, Recording
 from handclean.remarks import Remark, remark
 
 _HEAD_BYTES = 4096
 """[bytes] of a line that are looked at for names of axes (chosen)."""
+
+_EXTERNAL = "EXT"
+"""A frequency that another device gives: the file does not say it."""
+
+_OTHER_KEYS = (
+    (("NO_OF_BODIES", "BODY_NAMES"), "6D data of rigid bodies"),
+    (
+        ("SKELETON_NAME", "NO_OF_SKELETONS", "NO_OF_SEGMENTS"),
+        "the segments of skeletons",
+    ),
+    (("FORCE_PLATE_NAME", "FORCE_PLATE_TYPE"), "a force plate's data"),
+    (("NO_OF_SAMPLES", "CHANNEL_NAMES", "NO_OF_CHANNELS"), "analog data"),
+)
+"""Keys of files that hold no trajectories, and what they hold."""
+
+_OTHER_DATA = {
+    "2D": "2D data of cameras",
+    "6D": "6D data of rigid bodies",
+    "6DOF": "6D data of rigid bodies",
+    "SKELETON": "the segments of skeletons",
+    "ANALOG": "analog data",
+    "FORCE": "a force plate's data",
+}
+"""What ``DATA_INCLUDED`` may be besides 3D."""
+
+_OTHER_COLUMNS = (
+    (rb"\tRot\s?\[0\]|\tRoll\tPitch\tYaw", "6D data of rigid bodies"),
+    (rb"[ _]Q[XW]\t.*[ _]Q[WZ](?:\t|$)", "the segments of skeletons"),
+)
+"""Columns of such files where they have no keys."""
 
 _FILLED_KINDS = {"gap-filled", "virtual"}
 
@@ -67,12 +97,13 @@ def read_tsv(
     """
     lines = Lines(path, load_text(path))
     if _has_no_keys(lines):
-        return read_csv(path, rate_hz=rate_hz, unit=unit, lenient=lenient)
+        _refuse_others(path, {}, lines.peek() or b"")
+        return read_table(path, rate_hz=rate_hz, unit=unit, lenient=lenient, bare=True)
     remarks: list[Remark] = []
     keys, events = _header(path, lines)
-    rate = settle_rate(
-        path, positive(path, "FREQUENCY", _one(keys, "FREQUENCY")), rate_hz
-    )
+    stated = _one(keys, "FREQUENCY")
+    known = None if stated.upper() == _EXTERNAL else positive(path, "FREQUENCY", stated)
+    rate = settle_rate(path, known, rate_hz)
     length = settle_unit(path, "mm", unit, remarks)
     labels = keys["MARKER_NAMES"]
     while labels and not labels[-1]:
@@ -126,6 +157,8 @@ def _has_no_keys(lines: Lines) -> bool:
     """
     line = lines.peek() or b""
     key = text(re.split(rb"[\t,; ]", line.strip(), maxsplit=1)[0])
+    if is_number(key):
+        return True
     if not (key.isupper() and "_" in key):
         return bool(re.search(rb"[-_ .:][XYZxyz]\s*(?:\t|$)", line[:_HEAD_BYTES]))
     if b"\t" not in line and line.strip() != key.encode():
@@ -149,11 +182,34 @@ def _header(
             events.append((cells[1], int(cells[2])))
         elif key:
             keys[key] = cells[1:]
+    _refuse_others(path, keys, lines.peek() or b"")
     for key in ("FREQUENCY", "MARKER_NAMES"):
         if key not in keys:
             right = "a Qualisys TSV file of trajectories has one"
             raise FileError(path, f"its header has no {key}", right)
     return keys, events
+
+
+def _refuse_others(path: Path, keys: dict[str, list[str]], columns: bytes) -> None:
+    """Refuse a file of Qualisys that holds no trajectories, saying what it holds.
+
+    Parameters
+    ----------
+    columns : the line of their names.
+
+    Raises
+    ------
+    FileError
+    """
+    included = re.split(r"[^A-Z0-9]", _one(keys, "DATA_INCLUDED").upper())[0]
+    found = [_OTHER_DATA[included]] if included in _OTHER_DATA else []
+    if "MARKER_NAMES" not in keys:
+        found += [held for some, held in _OTHER_KEYS if any(k in keys for k in some)]
+        head = columns[:_HEAD_BYTES]
+        found += [held for some, held in _OTHER_COLUMNS if re.search(some, head)]
+    if found:
+        wrong = f"is a Qualisys TSV of {found[0]}, which is not read"
+        raise FileError(path, wrong, "export the measurement's 3D data")
 
 
 def _events(

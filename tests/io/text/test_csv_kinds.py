@@ -417,44 +417,6 @@ def test_a_first_column_without_a_name_that_does_not_count_is_left_out(tmp_path)
     expect(read(tmp_path, lines, rate_hz=120.0))
 
 
-NEXUS = [
-    "Trajectories",
-    "100",
-    ",,Hand:A,,,Hand:B,,",
-    "Frame,Sub Frame,X,Y,Z,X,Y,Z",
-    ",,mm,mm,mm,mm,mm,mm",
-    "101,0,1,2,3,4,5,6",
-]
-MOTIVE = [
-    "Format Version,1.23,Take Name,T,Capture Frame Rate,120.000000,"
-    "Export Frame Rate,120.000000,Length Units,Meters",
-    "",
-    ",Type,Rigid Body,Rigid Body,Rigid Body,Marker,Marker,Marker",
-    ",Name,Cup,Cup,Cup,A,A,A",
-    ",ID,1,1,1,2,2,2",
-    ",,Position,Position,Position,Position,Position,Position",
-    "Frame,Time (Seconds),X,Y,Z,X,Y,Z",
-    "0,0.0,1,2,3,4,5,6",
-]
-
-
-@pytest.mark.parametrize(
-    ("lines", "says"),
-    [
-        (NEXUS, r"CSV of Vicon Nexus \(trajectories at 100 Hz in mm 2 markers of Hand"),
-        (["Devices", "1000", ",,Force", *NEXUS[3:]], "CSV of Vicon Nexus .devices at"),
-        (MOTIVE, r"OptiTrack Motive \(120 Hz, meters, 1 marker, 1 rigid body\)"),
-        (["PathFileType,4,(X/Y/Z),x.trc", *NEXUS], "is a TRC file; give it the suffix"),
-        (["NO_OF_FRAMES\t12", *NEXUS], "is a Qualisys TSV file; give it the suffix"),
-    ],
-)
-def test_files_of_tracking_systems_are_called_what_they_are(lines, says, tmp_path):
-    with pytest.raises(FileError, match=says):
-        read(tmp_path, lines)
-    with pytest.raises(HandcleanError, match=says):
-        files.inspect(tmp_path / "a.csv")
-
-
 # --- bytes --------------------------------------------------------------------------
 
 
@@ -589,6 +551,38 @@ def test_decimal_commas_of_qualisys_are_called_that(tmp_path):
     lines = [KEYS[0], KEYS[1], KEYS[2], *(row.replace(".", ",") for row in table())]
     with pytest.raises(FileError, match="decimal comma"):
         tsv(tmp_path, lines)
+
+
+SIX_D = "Frame\tTime\tCup X\tCup Y\tCup Z\tRoll\tPitch\tYaw\tResidual\tRot[0]\tRot[1]"
+BONES = "Frame\tTime\tHips X\tHips Y\tHips Z\tHips QX\tHips QY\tHips QZ\tHips QW"
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        (["NO_OF_BODIES\t1", "BODY_NAMES\tCup", SIX_D], "6D data of rigid bodies"),
+        (["DATA_INCLUDED\t6D", "FREQUENCY\t9", SIX_D], "6D data of rigid bodies"),
+        ([SIX_D], "6D data of rigid bodies"),
+        (["DATA_INCLUDED\t2D", "FREQUENCY\t9", "1\t2\t3"], "2D data of cameras"),
+        (["FREQUENCY\t9", "SKELETON_NAME\tS1", BONES], "the segments of skeletons"),
+        (["NO_OF_FRAMES\t9", "FREQUENCY\t9", BONES], "the segments of skeletons"),
+        ([BONES], "the segments of skeletons"),
+        (["NO_OF_SAMPLES\t9", "CHANNEL_NAMES\tEMG"], "analog data"),
+        (["NO_OF_SAMPLES\t9", "FORCE_PLATE_NAME\tP1"], "a force plate's data"),
+    ],
+)
+def test_a_qualisys_file_of_something_else_is_called_that(lines, says, tmp_path):
+    lines = [line if "\t" in line else f"{line}\t" for line in lines]
+    rows = ["\t".join(["1", "0", *"123456789"])]
+    with pytest.raises(FileError, match=f"is a Qualisys TSV of {says}, which is not"):
+        tsv(tmp_path, [*lines, *rows], rate_hz=100.0, unit="mm")
+
+
+def test_a_frequency_of_another_device_is_asked_for(tmp_path):
+    lines = [KEYS[0], "FREQUENCY\tEXT", KEYS[2], *table()]
+    with pytest.raises(UsageError, match="does not say its rate; give --rate HZ"):
+        tsv(tmp_path, lines)
+    expect(tsv(tmp_path, lines, rate_hz=120.0))
 
 
 # --- cost ---------------------------------------------------------------------------

@@ -320,7 +320,7 @@ def test_column_names_frames_and_times_may_be_left_out(lead, named, tmp_path):
     [
         ("FREQUENCY\t100", "FREQUENCY\tnan", "FREQUENCY is 'nan'"),
         ("\nFREQUENCY", "\nFREQUENCE", "no FREQUENCY"),
-        ("MARKER_NAMES", "BODY_NAMES", "no MARKER_NAMES"),
+        ("MARKER_NAMES", "NAMES", "no MARKER_NAMES"),
         ("MARKER_NAMES\tA\tB", "MARKER_NAMES", "no markers"),
         ("MARKER_NAMES\tA\tB", "MARKER_NAMES\tA\tA", "2 markers"),
         ("4\t5\t6\n2", "4\t5\n2", "line 14: has 7 cells"),
