@@ -1,8 +1,6 @@
 """``python -m handclean``."""
 
-import sys
-
-from handclean.cli.main import main
+from handclean.cli.main import program
 
 if __name__ == "__main__":
-    sys.exit(main())
+    program()

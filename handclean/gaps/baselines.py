@@ -5,7 +5,6 @@ and rigid fill (three others of the same bone) are what Vicon Nexus and Qualisys
 """
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.gaps.filler import Refused, Scene
@@ -43,6 +42,8 @@ def spline(scene: Scene, gap: Gap) -> Floats:
     before = nearest(known, gap.start - 1, -1, 2 * seed, 2 * seed)
     after = nearest(known, gap.stop, 1, 2 * seed, 2 * seed)
     frames = np.concatenate([before[::-1], after])
+    from scipy.interpolate import CubicSpline  # 0.2 s, which few takes need
+
     path = CubicSpline(frames, scene.positions[frames, gap.column])
     return np.asarray(path(np.arange(gap.start, gap.stop)))
 

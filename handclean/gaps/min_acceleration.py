@@ -30,7 +30,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from handclean.arrays import Bools, Floats, Ints, expect_shape
 from handclean.gaps.runs import Cluster
@@ -196,6 +195,8 @@ def _through_many(
     knots.append(values[last])
     free = 2, np.zeros(values.shape[1])
     ends = free if v0 is None else (1, v0), free if v1 is None else (1, v1)
+    from scipy.interpolate import CubicSpline  # 0.2 s, which few takes need
+
     spline = CubicSpline(times, np.array(knots), bc_type=ends)
     found = []
     for gap in cluster.gaps:

@@ -25,7 +25,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import oaconvolve
 
 from handclean.arrays import Floats
 from handclean.gaps.cross_validation import ENOUGH, WINDOWS, lengths_to_try
@@ -117,14 +116,32 @@ def kernel(distance: NDArray[np.floating[Any]], width: float) -> Floats:
     return np.asarray((1.0 + (distance / width) ** 2) ** -1.5)
 
 
+def convolved(series: Floats, around: Floats) -> Floats:
+    """(T, C) columns convolved with (2 R + 1,) weights, 0 beyond the ends.
+
+    By Fourier transforms of overlapping blocks, so that time grows with T log R and
+    memory with T. (``scipy.signal`` does the same; to load it takes a third of the time
+    that cleaning a short take does.)
+    """
+    frames, reach = len(series), len(around) // 2
+    size = 1 << int(np.ceil(np.log2(5 * len(around))))
+    block = size - len(around) + 1
+    spectrum = np.fft.rfft(around, size)[:, None]
+    out = np.zeros((frames + size, series.shape[1]))
+    for first in range(0, frames, block):
+        part = np.fft.rfft(series[first : first + block], size, axis=0)
+        out[first : first + size] += np.fft.irfft(part * spectrum, size, axis=0)
+    return out[reach : reach + frames]
+
+
 def _smooth(series: Floats, weight: Floats, width: float, longest: int) -> Floats:
     """(T, C) r of the module's formula; 0 for a column that nothing tells."""
     reach = min(2 * longest + 50, max(len(series) - 1, 1))
-    around = kernel(np.arange(-reach, reach + 1.0), width)[:, None]
+    around = kernel(np.arange(-reach, reach + 1.0), width)
     total = weight.sum(axis=0)
     usual = (weight * series).sum(axis=0) / np.where(total > 0.0, total, 1.0)
-    weighed = oaconvolve(weight * (series - usual), around, mode="same", axes=0)
-    weights = oaconvolve(weight, around, mode="same", axes=0)
+    weighed = convolved(weight * (series - usual), around)
+    weights = convolved(weight, around)
     floor = USUAL * kernel(np.array(float(reach)), width)
     return np.asarray(usual + weighed / (np.maximum(weights, 0.0) + floor))
 

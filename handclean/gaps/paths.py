@@ -9,13 +9,13 @@ velocities match those at both ends.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from handclean.arrays import Bools, Floats
 from handclean.gaps.coupling import Coupling, couple
 from handclean.gaps.cross_validation import Law, choose, fits_to_try, shape
 from handclean.gaps.min_acceleration import Bridge, EndFit, bridge
 from handclean.gaps.runs import Cluster, Gap, Limits, clusters_of
+from handclean.kernels.rotations import product
 from handclean.tree import POSE_HEAD, JointTree
 
 SUPPORTED = 2.0
@@ -164,8 +164,8 @@ def _lay_root(
         for part in _bridges(both, known, [cluster], fit, limits):
             rows = slice(part.start, part.stop)
             poses[rows, :3] = part.path[:, :3]
-            turn = (origin * Rotation.from_rotvec(part.path[:, 3:])).as_quat()
-            poses[rows, 3:POSE_HEAD] = np.roll(turn, 1, axis=1)
+            turned = product(origin, quaternions(part.path[:, 3:]).T)
+            poses[rows, 3:POSE_HEAD] = np.stack(turned, axis=1)
             variance[rows, 0] = _along(part, law, slice(0, 3))
             variance[rows, 1] = _along(part, UNTRIED, slice(3, 6))
     return variance, found
@@ -199,14 +199,34 @@ def _along(part: Bridge, law: Law, columns: slice = slice(None)) -> Floats:
 
 def _chart(
     turns: Floats, known: Bools, cluster: Cluster, reach: int
-) -> tuple[Floats, Rotation]:
-    """(T, 3) [rad] known orientations near a cluster, from the last one before it."""
+) -> tuple[Floats, Floats]:
+    """(T, 3) [rad] known orientations near a cluster, from the last one before it.
+
+    That one, (4,), comes with them.
+    """
     vectors = np.zeros((len(turns), 3))
     first = max(cluster.start - reach, 0)
     frames = np.arange(first, min(cluster.stop + reach, len(turns)))
     frames = frames[known[frames]]
-    around = Rotation.from_quat(np.roll(turns[frames], -1, axis=1))
     last = int(np.searchsorted(frames, cluster.start)) - 1
-    origin = around[max(last, 0)]
-    vectors[frames] = (origin.inv() * around).as_rotvec()
+    origin = turns[frames[max(last, 0)]]
+    back = origin * (1.0, -1.0, -1.0, -1.0)
+    between = np.stack(product(back, turns[frames].T), axis=1)
+    vectors[frames] = rotation_vectors(between)
     return vectors, origin
+
+
+def rotation_vectors(turns: Floats) -> Floats:
+    """(N, 3) [rad] rotation vectors, at most pi long, of unit quaternions (N, 4)."""
+    turns = np.where(turns[:, :1] < 0.0, -turns, turns)
+    size = np.linalg.norm(turns[:, 1:], axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(size, turns[:, :1])
+    small = size < 1e-9
+    scale = np.where(small, 2.0, angle / np.where(small, 1.0, size))
+    return np.asarray(scale * turns[:, 1:])
+
+
+def quaternions(vectors: Floats) -> Floats:
+    """(N, 4) unit quaternions w, x, y, z of rotation vectors (N, 3) [rad]."""
+    half = 0.5 * np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.hstack([np.cos(half), 0.5 * np.sinc(half / np.pi) * vectors])

@@ -4,8 +4,8 @@
 mutations, puts each into a copy of the project, runs the tests of the package it is in
 until one fails, and prints a table. The kinds: a pass does nothing, a comparison is
 turned, a product is doubled, a sign is changed. The named ones come first; they stayed
-green once. One takes minutes, as what depends on it is compiled anew; what does not is loaded
-from the code of an earlier one.
+green once. One takes minutes, as what depends on it is compiled anew; what does not is
+loaded from the code of an earlier one.
 """
 
 import argparse

@@ -256,3 +256,26 @@ def test_the_first_run_says_that_it_compiles_and_the_second_does_not(
     assert [done.stderr for done in said] == [f"{compiling()}\n{count}", count]
     assert said[0].stdout.count("\n") == 1 + len(jobs)
     assert "compiling" not in said[0].stdout
+
+
+LEAVING = """
+import atexit, sys, threading, time
+from handclean.cli import main
+atexit.register(lambda: print("at exit"))
+def late():
+    time.sleep(0.3)
+    print("late")
+if len(sys.argv) > 3:
+    threading.Thread(target=late).start()
+main.program()
+print("not left")
+"""
+
+
+@pytest.mark.parametrize("thread", [[], ["a thread"]], ids=["alone", "thread"])
+def test_the_program_leaves_when_all_is_told_and_closed(thread):
+    line = [sys.executable, "-c", LEAVING, "inspect", "no such file.c3d", *thread]
+    done = subprocess.run(line, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.startswith("no such file.c3d: no such file")
+    assert done.stdout == ("late\n" if thread else "") + "at exit\n"

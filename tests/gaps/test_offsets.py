@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import oaconvolve
 from scipy.spatial.transform import Rotation
 
-from handclean.gaps.offsets import carry, kernel, left_over
+from handclean.gaps.offsets import carry, convolved, kernel, left_over
 from handclean.hand.model import bone_rotations, marker_positions
 
 
@@ -88,3 +91,22 @@ def test_the_kernel_falls_with_distance():
     weights = kernel(np.arange(10.0), 2.0)
     assert weights[0] == 1.0
     assert np.all(np.diff(weights) < 0.0)
+
+
+@given(
+    frames=st.integers(1, 3000),
+    reach=st.integers(1, 400),
+    columns=st.integers(1, 3),
+    seed=st.integers(0, 10**6),
+)
+def test_columns_are_convolved_as_scipy_does_it(frames, reach, columns, seed):
+    rng = np.random.default_rng(seed)
+    series = rng.normal(size=(frames, columns))
+    around = rng.uniform(size=2 * reach + 1)
+    whole = [np.convolve(column, around) for column in series.T]
+    right = np.array(whole).T[reach : reach + frames]
+    np.testing.assert_allclose(convolved(series, around), right, atol=1e-10)
+    assert convolved(series[:, :0], around).shape == (frames, 0)
+    if frames >= len(around):
+        same = oaconvolve(series, around[:, None], mode="same", axes=0)
+        np.testing.assert_allclose(convolved(series, around), same, atol=1e-10)

@@ -1,8 +1,17 @@
 """Paths of joints through gaps, and what they take their velocities from."""
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
-from handclean.gaps.paths import lay_paths, try_bridging
+from handclean.gaps.paths import (
+    lay_paths,
+    quaternions,
+    rotation_vectors,
+    try_bridging,
+)
 from handclean.gaps.runs import Limits
 from handclean.tree import POSE_HEAD
 
@@ -32,3 +41,17 @@ def test_a_path_does_not_begin_with_the_velocity_of_a_joint_that_was_lost(scenes
         off.append(np.abs(laid.poses[50:58, column] - truth[50:58]).max())
     assert off[0] < 1e-9
     assert off[1] > 1e-3
+
+
+@given(
+    seed=st.integers(0, 10**6), longest=st.sampled_from([0.0, 1e-12, 1e-6, 1.0, 3.1])
+)
+def test_rotation_vectors_and_quaternions_are_scipys(seed, longest):
+    rng = np.random.default_rng(seed)
+    vectors = rng.normal(size=(5, 3))
+    vectors *= longest / np.linalg.norm(vectors, axis=1, keepdims=True)
+    turns = Rotation.from_rotvec(vectors)
+    theirs = np.roll(turns.as_quat(), 1, axis=1)
+    assert quaternions(vectors) == pytest.approx(theirs, abs=1e-14)
+    for same in (theirs, -theirs):
+        assert rotation_vectors(same) == pytest.approx(vectors, rel=1e-9, abs=1e-15)
