@@ -35,7 +35,8 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
     if shapes.is_subject(source):
         return shapes.subject_file(source)
     recording = sessions.read(source)
-    unnamed = settings is not None and settings.unnamed
+    settings = settings or Converting()
+    unnamed = settings.unnamed
     figures = contents(kept(recording, source.target, unnamed=unnamed))
     surfaces = None
     odd: tuple[Remark, ...] = ()
@@ -48,6 +49,7 @@ def convert(source: Source, settings: Converting | None) -> Outcome:
         (*wrong_size(recording), *odd),
         surfaces,
         unnamed=unnamed,
+        bvh_up=settings.bvh_up,
     )
 
 

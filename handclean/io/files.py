@@ -72,6 +72,7 @@ def write(
     suffix: str = "",
     surfaces: Mapping[str, Surface] | None = None,
     unnamed: bool = False,
+    bvh_up: str = "+y",
 ) -> tuple[Remark, ...]:
     """Write a take to exactly this path.
 
@@ -84,6 +85,7 @@ def write(
     suffix : the format, such as ``.c3d``; default: the path's. A caller that writes to
         a temporary name and renames it says the format here.
     unnamed : write points without a name into a TRC, too.
+    bvh_up : axis that points up in a BVH.
 
     Returns
     -------
@@ -98,7 +100,7 @@ def write(
     wanted = check_suffix(path, suffix)
     format_ = BY_SUFFIX[wanted]
     recording = only_finite(recording)
-    given = {"surfaces": surfaces, "unnamed": unnamed}
+    given = {"surfaces": surfaces, "unnamed": unnamed, "bvh_up": bvh_up}
     more = function(format_.write)(path, recording, **chosen(format_, given)) or ()
     return (*lost(recording, wanted, unnamed=unnamed), *more)
 

@@ -19,7 +19,7 @@ mesh   (path, bytes) -> `RawMesh`   (path, `Mesh`) -> remarks
 The remarks are on what the file cannot hold. ``inspect`` takes (path, options)
 and returns plain JSON values. Options are passed by name, and only those that the entry
 lists: ``rate_hz``, ``unit``, ``lenient``, ``believe_coordinates`` where files are read;
-``surfaces``, ``unnamed`` where they are written.
+``surfaces``, ``unnamed``, ``bvh_up`` where they are written.
 """
 
 from collections.abc import Callable, Mapping
@@ -117,8 +117,8 @@ FORMATS = (
         suffix=".bvh",
         read="bvh.angles:read_bvh_angles",
         write="bvh.write:write_bvh",
-        options=_ASKED,
-        keeps=frozenset({"angles", "roots", "skeletons"}),
+        options=(*_ASKED, "bvh_up"),
+        keeps=frozenset({"angles", "roots", "skeletons", "up_axis"}),
     ),
     Format(
         suffix=".glb",

@@ -255,6 +255,31 @@ def test_convert_says_what_the_written_file_holds(
         assert (angles in found) == ("1 motion" in holds)
 
 
+def test_the_axis_that_is_up_in_a_bvh_can_be_chosen(handclean, rng):
+    tree = template("right")
+    poses = np.tile(neutral_pose(tree), (4, 1))
+    poses[:, :3] = [0.1, 0.2, 0.3]
+    take = Recording(
+        rate=100.0,
+        frames=4,
+        up_axis="+z",
+        motions={"right": motion_from_poses(tree.hinges, poses)},
+        skeletons={"right": tree},
+    )
+    files.write("a.h5", take)
+    found = {}
+    for axis in ("+y", "+z"):
+        more = () if axis == "+y" else ("--bvh-up", axis)
+        done = handclean("convert", "a.h5", "-o", f"a{axis}.bvh", *more)
+        assert done.returncode == 0
+        found[axis] = Path(f"a{axis}.bvh").read_text().splitlines()[-1].split()[:3]
+        assert ("--bvh-up" in done.stderr) == (axis == "+y")
+    assert [float(x) for x in found["+z"]] == pytest.approx([10.0, 20.0, 30.0])
+    assert [float(x) for x in found["+y"]] == pytest.approx([10.0, 30.0, -20.0])
+    wrong = handclean("convert", "a.h5", "-o", "b.bvh", "--bvh-up", "up")
+    assert wrong.returncode == 2
+
+
 def test_a_prior_learnt_from_bvh_is_that_of_the_session(handclean, rng):
     hand = template("right")
     poses = np.zeros((240, 7 + len(hand.hinges)))

@@ -89,11 +89,13 @@ class Inspecting:
 class Converting:
     """Whose joints a skinned hand has: a shipped joint map or a file; what else.
 
-    ``unnamed``: points without a name go into a TRC, too.
+    ``unnamed``: points without a name go into a TRC, too. ``bvh_up``: the axis that
+    points up in a BVH.
     """
 
     joint_map: str = ""
     unnamed: bool = False
+    bvh_up: str = "+y"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -60,6 +60,7 @@ def outcome(
     surfaces: Mapping[str, Surface] | None = None,
     *,
     unnamed: bool = False,
+    bvh_up: str = "+y",
 ) -> Outcome:
     """Hand back a take to be written, its hands with skins where they have some.
 
@@ -67,13 +68,14 @@ def outcome(
     ----------
     more : remarks beside those that the take has.
     unnamed : write points without a name into a TRC, too.
+    bvh_up : axis that points up in a BVH.
     """
     recording = replace(recording, remarks=(*recording.remarks, *more))
     return Outcome(
         line=line,
         figures=figures,
         remarks=recording.remarks,
-        writers=(writer(recording, surfaces=surfaces, unnamed=unnamed),),
+        writers=(writer(recording, surfaces=surfaces, unnamed=unnamed, bvh_up=bvh_up),),
         history=tuple(recording.provenance),
     )
 
@@ -93,6 +95,7 @@ def writer(
     silent: bool = False,
     surfaces: Mapping[str, Surface] | None = None,
     unnamed: bool = False,
+    bvh_up: str = "+y",
 ) -> Writer:
     """Make what writes a take, in the format of the path it is given.
 
@@ -101,11 +104,14 @@ def writer(
     surfaces : skins of its hands, for formats that show them.
     silent : do not tell what the format cannot keep.
     unnamed : write points without a name into a TRC, too.
+    bvh_up : axis that points up in a BVH.
     """
 
     def write(path: Path, provenance: tuple[Entry, ...]) -> tuple[Remark, ...]:
         take = replace(recording, provenance=provenance)
-        lost = files.write(path, take, surfaces=surfaces, unnamed=unnamed)
+        lost = files.write(
+            path, take, surfaces=surfaces, unnamed=unnamed, bvh_up=bvh_up
+        )
         return () if silent else lost
 
     return write

@@ -25,6 +25,9 @@ from handclean.io.shared.settle import AGREEMENT_SHARE, METRES, settle_rate, set
 from handclean.recording import Event, Motion, Recording
 from handclean.remarks import Remark, remark
 
+_UP = "+y"
+"""Axis that points up in BVH of other programs, by custom: the format does not say."""
+
 
 def read_bvh_angles(
     path: Path,
@@ -78,6 +81,7 @@ def read_bvh_angles(
     recording = Recording(
         rate=rate,
         frames=bvh.frames,
+        up_axis=_UP,
         skeletons={} if tree is None else {mapped.side: tree},
         motions={mapped.side: motion},
         events=tuple(
@@ -121,6 +125,7 @@ def _own_reading(
     recording = Recording(
         rate=rate,
         frames=bvh.frames,
+        up_axis=f"+{bvh.first_turn}" if bvh.first_turn else _UP,
         skeletons={thing.name: thing.tree for thing in things},
         motions={thing.name: thing.motion for thing in things},
         parameters={"BVH": _parameters(joint_map, fits)},

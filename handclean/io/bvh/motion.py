@@ -42,6 +42,7 @@ class BvhMotion:
     turns : (T, J, 3, 3) rotation of each joint, to its parent's frame.
     ends : (J, 3) [unit of the file] end site of each joint in its frame, NaN if none.
     rate : [Hz].
+    first_turn : "x", "y" or "z", about which the root turns first; "" if it does not.
     remarks : what was odd about the file.
     """
 
@@ -52,6 +53,7 @@ class BvhMotion:
     turns: Floats
     ends: Floats
     rate: float
+    first_turn: str = ""
     remarks: tuple[Remark, ...] = ()
 
     @property
@@ -125,6 +127,7 @@ def read_bvh(path: Path, *, lenient: bool = False) -> BvhMotion:
         turns=turns,
         ends=ends,
         rate=rate,
+        first_turn=next((TURNS[k] for k in tree.channels[0] if k in TURNS), ""),
         remarks=tuple(remarks),
     )
 

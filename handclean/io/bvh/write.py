@@ -1,7 +1,10 @@
 """Joint trees and their motion as BVH, all motions of a take in one file.
 
 Lengths are centimetres, the frames of all joints are parallel in the zero posture (the
-hand's x, y, z axes), and joints are named as in the joint tree.
+hand's x, y, z axes), and joints are named as in the joint tree. The laboratory is
+turned so that y is up, as most programs that read BVH take it to be, or another axis
+that was asked for. The first angle of a root is the one about that axis, so that a hand
+that lies on a table is far from gimbal lock, and so that reading tells which is up.
 """
 
 from itertools import chain
@@ -18,6 +21,7 @@ from handclean.io.shared.rotations import (
     euler_from_matrix,
     matrix_from_quaternion,
 )
+from handclean.io.shared.upright import upright
 from handclean.io.shared.writing import (
     NO_TREE,
     held_poses,
@@ -30,19 +34,27 @@ from handclean.remarks import Remark, remark
 from handclean.tree import MIRROR, JointTree
 
 _ORDER = "zxy"
-"""Euler order in which we write."""
+"""Euler order of joints."""
 
+_ROOT_ORDERS = {"x": "xzy", "y": "yxz", "z": "zxy"}
+"""Euler order of roots, by the axis that points up."""
 
 WORLD = "world"
 """Joint on which several motions hang."""
 
 
-def write_bvh(path: Path, recording: Recording) -> tuple[Remark, ...]:
+def write_bvh(
+    path: Path, recording: Recording, *, bvh_up: str = "+y"
+) -> tuple[Remark, ...]:
     """Write all motions of a take as one BVH file.
 
     One motion is one ROOT; several hang on a ROOT called ``world`` and their joints'
     names begin with ``MOTION_``. BVH cannot leave a frame out: where a motion is
     missing, its last pose is held.
+
+    Parameters
+    ----------
+    bvh_up : axis that points up in the file, "+y" or the like.
 
     Returns
     -------
@@ -58,8 +70,18 @@ def write_bvh(path: Path, recording: Recording) -> tuple[Remark, ...]:
     hierarchy: list[str] = []
     blocks: list[Floats] = []
     remarks: list[Remark] = []
+    order = _ROOT_ORDERS[bvh_up[1]]
+    turn = upright(recording.up_axis or "+z", bvh_up)
+    if not recording.up_axis:
+        text = "the take does not say which way is up: z is taken"
+        remarks.append(remark("not-kept", text))
+    elif recording.up_axis != bvh_up:
+        text = (
+            f"turned, so that {recording.up_axis} of the take is {bvh_up} of the file"
+        )
+        remarks.append(remark("not-kept", f"{text} (convert --bvh-up)"))
     if several:
-        hierarchy += [f"ROOT {WORLD}", "{", *_joint_lines(np.zeros(3), True, 1)]
+        hierarchy += [f"ROOT {WORLD}", "{", *_joint_lines(np.zeros(3), order, 1)]
         blocks.append(np.zeros((recording.frames, 6)))
     for name, motion in motions.items():
         if name not in recording.skeletons:
@@ -82,7 +104,8 @@ def write_bvh(path: Path, recording: Recording) -> tuple[Remark, ...]:
                 )
             )
         head = f"{name}_" if several else ""
-        hierarchy += _bone_lines(tree, head, int(several))
+        hierarchy += _bone_lines(tree, head, int(several), order)
+        blocks += _root_channels(held, turn, order)
         blocks += _bone_channels(tree, motion.names, held)
     hierarchy += ["}"] * several
     motion_lines = [
@@ -96,10 +119,10 @@ def write_bvh(path: Path, recording: Recording) -> tuple[Remark, ...]:
     return tuple(remarks)
 
 
-def _joint_lines(offset: Floats, root: bool, depth: int) -> list[str]:
-    """OFFSET [m, written in cm] and CHANNELS of one joint."""
-    turns = [f"{axis.upper()}rotation" for axis in _ORDER]
-    channels = [*PLACES, *turns] if root else turns
+def _joint_lines(offset: Floats, root_order: str, depth: int) -> list[str]:
+    """OFFSET [m, written in cm] and CHANNELS of one joint; of a root with its order."""
+    turns = [f"{axis.upper()}rotation" for axis in root_order or _ORDER]
+    channels = [*PLACES, *turns] if root_order else turns
     tabs = "\t" * depth
     return [
         tabs + "OFFSET " + " ".join(f"{100 * x:.9f}" for x in offset),
@@ -107,7 +130,7 @@ def _joint_lines(offset: Floats, root: bool, depth: int) -> list[str]:
     ]
 
 
-def _bone_lines(tree: JointTree, head: str, depth: int) -> list[str]:
+def _bone_lines(tree: JointTree, head: str, depth: int, order: str) -> list[str]:
     """Hierarchy of a tree, the root ``depth`` joints deep."""
     below = _children(tree)
     lines: list[str] = []
@@ -120,7 +143,7 @@ def _bone_lines(tree: JointTree, head: str, depth: int) -> list[str]:
         tabs = "\t" * depth
         kind = "ROOT" if depth == 0 else "JOINT"
         lines += [f"{tabs}{kind} {head}{tree.joints[bone]}", tabs + "{"]
-        lines += _joint_lines(tree.offsets[bone], bone == 0, depth + 1)
+        lines += _joint_lines(tree.offsets[bone], "" if bone else order, depth + 1)
         left.append((bone, depth, tabs + "}"))
         left += [(child, depth + 1, "") for child in reversed(below[bone])]
         if not below[bone]:
@@ -148,22 +171,30 @@ def _tip(tree: JointTree, bone: int) -> Floats:
     return distal_length(tree, finger) * along
 
 
+def _root_channels(poses: Floats, turn: Floats, order: str) -> list[Floats]:
+    """Channel values of a tree's root in a laboratory that is turned."""
+    rotation = turn @ matrix_from_quaternion(poses[:, 3:7])
+    return [100.0 * (poses[:, :3] @ turn.T), _angles(rotation, order)]
+
+
 def _bone_channels(
     tree: JointTree, hinges: tuple[str, ...], poses: Floats
 ) -> list[Floats]:
-    """Channel values of a tree's bones in the order of their lines."""
+    """Channel values of the bones below the root in the order of their lines."""
     angles = dict(zip(hinges, poses[:, 7:].T, strict=True))
-    blocks: list[Floats] = [100.0 * poses[:, :3]]
-    for bone in _depth_first(tree):
-        turn = matrix_from_quaternion(poses[:, 3:7])
-        if bone:
-            turn = np.tile(np.eye(3), (len(poses), 1, 1))
-            for hinge in np.flatnonzero(tree.hinge_bone == bone):
-                angle = angles[tree.hinges[hinge]]
-                turn = turn @ about_line(tree.axes[hinge], angle)
-        euler = euler_from_matrix(turn, _ORDER)
-        blocks.append(np.degrees(np.unwrap(euler, axis=0)))
+    blocks: list[Floats] = []
+    for bone in _depth_first(tree)[1:]:
+        turn = np.tile(np.eye(3), (len(poses), 1, 1))
+        for hinge in np.flatnonzero(tree.hinge_bone == bone):
+            turn = turn @ about_line(tree.axes[hinge], angles[tree.hinges[hinge]])
+        blocks.append(_angles(turn, _ORDER))
     return blocks
+
+
+def _angles(turn: Floats, order: str) -> Floats:
+    """(T, 3) [degrees] Euler angles without jumps."""
+    unwrapped: Floats = np.degrees(np.unwrap(euler_from_matrix(turn, order), axis=0))
+    return unwrapped
 
 
 def _depth_first(tree: JointTree) -> list[int]:

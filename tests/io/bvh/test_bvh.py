@@ -195,10 +195,14 @@ def moving(rng, tree, frames=60):
     return poses
 
 
-def a_take(tree, poses, name="right", rate=120.0):
+def a_take(tree, poses, name="right", rate=120.0, up_axis="+y"):
     motion = motion_from_poses(tree.hinges, poses)
     return Recording(
-        rate=rate, frames=len(poses), skeletons={name: tree}, motions={name: motion}
+        rate=rate,
+        frames=len(poses),
+        up_axis=up_axis,
+        skeletons={name: tree},
+        motions={name: motion},
     )
 
 
@@ -226,6 +230,7 @@ def test_two_hands_hang_on_one_world(rng, tmp_path):
     take = Recording(
         rate=60.0,
         frames=5,
+        up_axis="+y",
         skeletons=trees,
         motions={n: motion_from_poses(t.hinges, poses[n]) for n, t in trees.items()},
     )
@@ -250,6 +255,61 @@ def test_missing_frames_hold_the_last_pose_and_are_noted(rng, tmp_path):
     held = poses[[1, 1, 2, 2, 2, 5]]
     places, _ = read_bvh(tmp_path / "a.bvh").forward()
     np.testing.assert_allclose(places[:, 0] / 100, held[:, :3], atol=1e-9)
+
+
+UP = {"+x": [1, 0, 0], "+y": [0, 1, 0], "+z": [0, 0, 1]}
+UP |= {f"-{axis[1]}": [-x for x in up] for axis, up in UP.items()}
+
+
+@pytest.mark.parametrize("wanted", ["+y", "+z"])
+@pytest.mark.parametrize("up_axis", sorted(UP))
+def test_what_is_up_in_the_take_is_up_in_the_file(up_axis, wanted, rng, tmp_path):
+    trees = {"left": template("left"), "right": template("right")}
+    poses = {name: moving(rng, tree, 5) for name, tree in trees.items()}
+    take = Recording(
+        rate=60.0,
+        frames=5,
+        up_axis=up_axis,
+        skeletons=trees,
+        motions={n: motion_from_poses(t.hinges, poses[n]) for n, t in trees.items()},
+    )
+    remarks = texts(write_bvh(tmp_path / "a.bvh", take, bvh_up=wanted))
+    said = f"turned, so that {up_axis} of the take is {wanted} of the file"
+    assert remarks == (() if up_axis == wanted else (f"{said} (convert --bvh-up)",))
+    bvh = read_bvh(tmp_path / "a.bvh")
+    places, turns = bvh.forward()
+    for name, tree in trees.items():
+        order = [bvh.names.index(f"{name}_{joint}") for joint in tree.joints]
+        at, ours = places[:, order] / 100, joint_positions(tree, poses[name])
+        np.testing.assert_allclose(at @ UP[wanted], ours @ UP[up_axis], atol=1e-9)
+        turn = turns[:, order] @ bone_rotations(tree, poses[name]).swapaxes(-1, -2)
+        np.testing.assert_allclose(turn - turn[0, 0], 0.0, atol=1e-9)
+        np.testing.assert_allclose(at, ours @ turn[0, 0].T, atol=1e-9)
+        assert np.linalg.det(turn[0, 0]) == pytest.approx(1.0)
+    back = read_bvh_angles(tmp_path / "a.bvh").recording
+    assert back.up_axis == wanted
+    write_bvh(tmp_path / "b.bvh", back, bvh_up=wanted)
+    again, _ = read_bvh(tmp_path / "b.bvh").forward()
+    np.testing.assert_allclose(again, places, atol=1e-6)
+
+
+def test_a_take_that_does_not_say_what_is_up_is_taken_for_z_and_said(rng, tmp_path):
+    tree = template("right")
+    poses = moving(rng, tree, 5)
+    for up_axis in ("", "+z"):
+        path = tmp_path / f"a{up_axis}.bvh"
+        remarks = texts(write_bvh(path, a_take(tree, poses, up_axis=up_axis)))
+        assert len(remarks) == 1
+        assert ("does not say which way is up" in remarks[0]) == (not up_axis)
+    assert (tmp_path / "a.bvh").read_text() == (tmp_path / "a+z.bvh").read_text()
+
+
+def test_the_up_axis_of_another_program_is_y(rng, tmp_path):
+    tree = template("right")
+    take = a_take(tree, moving(rng, tree, 60))
+    write_bvh(tmp_path / "a.bvh", take, bvh_up="+z")
+    assert read_bvh_angles(tmp_path / "a.bvh").recording.up_axis == "+z"
+    assert read_bvh_angles(tmp_path / "a.bvh", foreign()).recording.up_axis == "+y"
 
 
 def test_what_cannot_be_written_is_an_error(rng, tmp_path):
@@ -371,6 +431,7 @@ def test_two_hands_and_an_object_come_back_by_their_names(rng, tmp_path):
     take = Recording(
         rate=60.0,
         frames=40,
+        up_axis="+y",
         skeletons={**trees, "cup": cup},
         motions={**motions, "cup": motion_from_poses((), poses["left"][:, :7])},
     )
