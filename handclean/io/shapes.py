@@ -10,7 +10,7 @@ from handclean.hand.surface import is_closed
 from handclean.io.gltf.hand import ImportedHand, import_hand
 from handclean.io.gltf.nodes import nodes_of
 from handclean.io.gltf.read import Glb, floats, read_glb
-from handclean.io.gltf.skinned_map import SkinnedMap, load_skinned_map
+from handclean.io.gltf.skinned_map import SkinnedMap, load_skinned_map, of_hands
 from handclean.io.mesh.meshes import looks_inwards, read_mesh
 from handclean.io.shared.joint_map import SHIPPED
 from handclean.io.shared.reading import reported
@@ -32,29 +32,33 @@ def read_hand(path: Path, joint_map: str = "") -> ImportedHand:
         If the file or the joint map is none, or they do not go together.
     """
     glb = read_glb(path)
-    if joint_map:
-        return import_hand(glb, load_skinned_map(joint_map))
     names = set(nodes_of(glb).names)
-    fitting = _fitting(names)
-    if fitting is None:
+    given = load_skinned_map(joint_map) if joint_map else None
+    if given is not None and not given.bones.sides:
+        return import_hand(glb, given)
+    fitting = _fitting(names) if given is None else of_hands(given, names)
+    if not fitting:
         some = ", ".join(sorted(names - {""})[:4])
+        which = "no shipped joint map" if given is None else f"joint map {joint_map}"
+        wrong = f"{which} has {'not ' if given else ''}its joints ({some} ...)"
         right = "name a TOML file that says whose they are by --joint-map"
-        raise FileError(
-            path, f"no shipped joint map has its joints ({some} ...)", right
-        )
-    return import_hand(glb, fitting)
+        raise FileError(path, wrong, right)
+    if len(fitting) > 1:
+        wrong = f"holds {len(fitting)} hands of joint map {fitting[0].bones.name}"
+        raise FileError(path, wrong, "a file should hold one hand with its skin")
+    return import_hand(glb, fitting[0])
 
 
-def _fitting(names: set[str]) -> SkinnedMap | None:
-    """Return the shipped map all of whose joints are there, None if there is none."""
+def _fitting(names: set[str]) -> list[SkinnedMap]:
+    """Return the shipped map all of whose joints are there, for each hand."""
     for path in sorted(SHIPPED.glob("*.toml")):
         try:
             found = load_skinned_map(path.stem)
         except HandcleanError:  # one of other formats, with left-handed axes
             continue
-        if names.issuperset(found.bones.bones.values()):
-            return found
-    return None
+        if hands := of_hands(found, names):
+            return hands
+    return []
 
 
 def inspect_glb(path: Path) -> dict[str, Any]:

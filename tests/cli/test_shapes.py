@@ -148,6 +148,6 @@ def test_a_wrong_joint_map_is_told(handclean):
     assert "no joint is called 'thumb-metacarpal'" in done.stderr
     done = handclean("convert", "hand.glb", "-o", "s.h5", "--joint-map", "webx")
     assert done.returncode == 2
-    assert "shipped: handclean, manipnet, webxr" in done.stderr
+    assert "shipped: handclean, humanik, manipnet, webxr" in done.stderr
     done = handclean("label", "hand.glb", "-o", "s.h5", "--marker-set", "xu19")
     assert "convert makes a subject of a skinned hand" in done.stderr

@@ -30,7 +30,7 @@ def other(name):
     lines = ["HIERARCHY"]
 
     def add(bone, depth):
-        name = joint_map.bones[tree.bones[bone]]
+        name = joint_map.bones[tree.bones[bone]].replace("{side}", "Left")
         at = " ".join(f"{100 * x:.3f}" for x in tree.offsets[bone])
         lines.extend([f"{'JOINT' if depth else 'ROOT'} {name}", "{", f"OFFSET {at}"])
         lines.append("CHANNELS 3 Zrotation Xrotation Yrotation")

@@ -56,6 +56,7 @@ class MappedMotion:
     offsets : (B, 3) [m] from joint to joint in the zero posture, with the file's bone
         lengths, in the frame of a hand of that side; as the tree's where unmapped.
     size : the file's bones against those of the tree that the angles are of.
+    unit_m : [m] the file's unit of length, as the map says.
     """
 
     side: str
@@ -67,6 +68,7 @@ class MappedMotion:
     fits: Mapping[str, BoneFit]
     offsets: Floats
     size: float
+    unit_m: float
 
 
 def map_motion(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> MappedMotion:
@@ -116,7 +118,14 @@ def map_motion(bvh: BvhMotion, joint_map: JointMap, tree: JointTree) -> MappedMo
         fits=fits,
         offsets=offsets * (np.array([-1.0, 1.0, 1.0]) if side == "right" else 1.0),
         size=size,
+        unit_m=joint_map.unit_m,
     )
+
+
+def is_a_hand(size: float) -> bool:
+    """Whether bones of this size against the template's are a hand's."""
+    low, high = _HAND_SIZE_RATIOS
+    return low < size < high
 
 
 def _length(offsets: Floats) -> float:
@@ -149,9 +158,8 @@ def stand_in(mapped: MappedMotion) -> JointTree | None:
     Its hinge axes are the template's, as those that the angles are about. None if the
     map leaves some of its hinges out, or the size is no hand's.
     """
-    low, high = _HAND_SIZE_RATIOS
     tree = template(mapped.side)
-    if set(tree.hinges) - set(mapped.hinges) or not low < mapped.size < high:
+    if set(tree.hinges) - set(mapped.hinges) or not is_a_hand(mapped.size):
         return None
     return replace(tree, offsets=mapped.offsets, scale=mapped.size)
 
@@ -224,7 +232,8 @@ def _hand_frame(
     """(3, 3) columns: S in the frame of the root bone's joint; maybe a reflection.
 
     The orthogonal matrix that lays the joints on the hand best on the template's
-    (Procrustes), of the two, rotation and reflection, the one with the given back.
+    (Procrustes), of the two, rotation and reflection, the one with the given back, or
+    the one that makes a hand of the given side.
     """
     bones = [b for b in at if b and tree.parents[b] == 0]
     ours = tree.offsets[bones]
@@ -232,7 +241,11 @@ def _hand_frame(
     _unit(theirs.ravel(), f"joint map {joint_map.name}, hand")
     u, _, v = np.linalg.svd(theirs.T @ ours)
     frames = [(u * [1.0, 1.0, sign]) @ v for sign in (1.0, -1.0)]
-    return max(frames, key=lambda frame: float(frame[:, 2] @ joint_map.back))
+    if joint_map.back is not None:
+        back = joint_map.back
+        return max(frames, key=lambda frame: float(frame[:, 2] @ back))
+    wanted = 1.0 if (joint_map.side == "left") != joint_map.left_handed else -1.0
+    return max(frames, key=lambda frame: wanted * float(np.linalg.det(frame)))
 
 
 def _zero_direction(tree: JointTree, bone: int) -> Floats:
@@ -253,6 +266,8 @@ def _own_direction(
         way = _mean_place(bvh, joint, at[children[0]])
     elif np.nan_to_num(bvh.ends[joint]).any():
         way = bvh.ends[joint]
+    elif len(below := np.flatnonzero(bvh.parents == joint)):
+        way = _mean_place(bvh, joint, int(below[0]))
     else:
         way = _mean_place(bvh, at[int(tree.parents[bone])], joint)
     return _unit(way, f"joint '{bvh.names[joint]}'")

@@ -127,9 +127,11 @@ def _frame(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> tuple[Floats, 
     wrist = mesh.places[bones["hand"]]
     knuckles = [f"{finger}_proximal" for finger in FINGERS[1:]]
     there = np.array([mesh.places[bones[b]][:3, 3] for b in knuckles]) - wrist[:3, 3]
-    back = wrist[:3, :3] @ joint_map.bones.back
-    across = np.cross(there.mean(axis=0), back)
-    side = "left" if (there[0] - there[-1]) @ across > 0.0 else "right"
+    side, back = joint_map.bones.side, None
+    if joint_map.bones.back is not None:
+        back = wrist[:3, :3] @ joint_map.bones.back
+        across = np.cross(there.mean(axis=0), back)
+        side = "left" if (there[0] - there[-1]) @ across > 0.0 else "right"
     tree = template(side)
     ours = np.array([tree.offsets[tree.bone(b)] for b in knuckles])
     left, _, right = np.linalg.svd(there.T @ ours)
@@ -138,7 +140,7 @@ def _frame(glb: Glb, mesh: SkinnedMesh, joint_map: SkinnedMap) -> tuple[Floats, 
     exact = joint_map.bones.exact
     frame[:3, :3] = wrist[:3, :3] if exact else left @ flip @ right
     frame[:3, 3] = wrist[:3, 3]
-    if frame[:3, 2] @ back < ASKEW_COSINE:
+    if back is not None and frame[:3, 2] @ back < ASKEW_COSINE:
         right_is = "back should point out of the back of the hand, in its joint's frame"
         raise glb.fail(f"joint map {joint_map.bones.name}: back is askew", right_is)
     return frame, side

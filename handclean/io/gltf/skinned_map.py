@@ -10,7 +10,7 @@
     nowhere moves with the bone of the nearest joint above it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from handclean.io.shared.joint_map import (
     SHIPPED,
     JointMap,
     direction_of,
+    for_hands,
     joint_map_of,
 )
 from handclean.tomlfile import read_table, shipped_names
@@ -42,6 +43,28 @@ class SkinnedMap:
     flexion: Floats | None = None
     tips: Mapping[str, str] = field(default_factory=dict)
     merged: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def of_hands(found: SkinnedMap, names: Collection[str]) -> list[SkinnedMap]:
+    """Return the map for each hand of a file, by the names of its joints."""
+    if not found.bones.sides:
+        return [found] if for_hands(found.bones, names) else []
+    return [_of_hand(found, bones, names) for bones in for_hands(found.bones, names)]
+
+
+def _of_hand(found: SkinnedMap, bones: JointMap, names: Collection[str]) -> SkinnedMap:
+    """Return a map with the names of one hand; ends of fingers may not be there."""
+
+    def renamed(joint: str) -> str:
+        return found.bones.renamed(joint, bones.side, bones.head)
+
+    tips = {finger: renamed(joint) for finger, joint in found.tips.items()}
+    return SkinnedMap(
+        bones=bones,
+        flexion=found.flexion,
+        tips={finger: joint for finger, joint in tips.items() if joint in names},
+        merged={bone: tuple(map(renamed, all_)) for bone, all_ in found.merged.items()},
+    )
 
 
 def load_skinned_map(name: str) -> SkinnedMap:

@@ -1,5 +1,6 @@
 """BVH: our hierarchies out, any in, and through joint maps to hinge angles."""
 
+import re
 import time
 from dataclasses import replace
 
@@ -790,3 +791,148 @@ def test_many_objects_beside_a_hand_cost_little(tmp_path):
     back = read_bvh_angles(tmp_path / "a.bvh").recording
     assert time.process_time() - began < 5.0
     assert set(back.motions) == set(motions)
+
+
+# --- names of HumanIK and Mixamo ----------------------------------------------------
+
+FINGER = {"thumb": "Thumb", "index": "Index", "middle": "Middle", "ring": "Ring"}
+FINGER |= {"little": "Pinky"}
+
+
+def humanik_name(joint):
+    """``left_index_mcp`` as HumanIK has it: ``LeftHandIndex1``."""
+    side, _, rest = joint.partition("_")
+    if rest == "wrist":
+        return f"{side.capitalize()}Hand"
+    finger, _, part = rest.partition("_")
+    order = ("cmc", "mcp", "ip") if finger == "thumb" else ("mcp", "pip", "dip")
+    return f"{side.capitalize()}Hand{FINGER[finger]}{1 + order.index(part)}"
+
+
+def humanik(path, take, head="", scale=1.0, sides=("left", "right")):
+    """Write hands under the names of HumanIK, fingers with a fourth joint each."""
+    write_bvh(path, take)
+    lines, hierarchy = [], True
+    for line in path.read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["MOTION"]:
+            hierarchy = False
+        if words[:1] in (["JOINT"], ["ROOT"]) and "_" not in words[1]:
+            line = line.replace(words[1], f"{head}Hips")
+        elif words[:1] == ["JOINT"]:
+            line = line.replace(words[1], head + humanik_name(words[1]))
+        elif words[:1] == ["OFFSET"]:
+            numbers = " ".join(f"{scale * float(x):.9f}" for x in words[1:])
+            line = f"OFFSET {numbers}"
+        elif not hierarchy and len(words) > 12 and scale != 1.0:
+            numbers = np.array(words, dtype=float)
+            for side in sides:
+                at = 6 + sides.index(side) * (6 + 45)
+                numbers[at : at + 3] *= scale
+            line = " ".join(f"{x:.9f}" for x in numbers)
+        lines.append(line)
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture
+def hands(rng):
+    """Two hands that move, of the template's axes and bones of their own length."""
+    trees = {"left": template("left"), "right": template("right", 0.2)}
+    poses = {name: moving(rng, tree, 200) for name, tree in trees.items()}
+    return Recording(
+        rate=100.0,
+        frames=200,
+        up_axis="+y",
+        skeletons=trees,
+        motions={n: motion_from_poses(t.hinges, poses[n]) for n, t in trees.items()},
+    )
+
+
+@pytest.mark.parametrize("head", ["", "mixamorig:", "mixamorig", "Character1_"])
+def test_both_hands_of_humanik_and_mixamo_are_read(head, hands, tmp_path):
+    reading = read_bvh_angles(humanik(tmp_path / "a.bvh", hands, head))
+    take = reading.recording
+    assert take.parameters["BVH"]["joint_map"] == "humanik"
+    assert set(take.motions) == set(take.skeletons) == {"left", "right"}
+    for side, motion in take.motions.items():
+        ours, tree = hands.motions[side], hands.skeletons[side]
+        assert motion.names == tree.hinges
+        np.testing.assert_allclose(motion.translation, ours.translation, atol=1e-9)
+        known = motion.trusted
+        assert known.mean() > 0.9
+        # where a finger points at zero is the template's: so the angles are, nearly
+        off = np.degrees(motion.angles[known] - ours.angles[known])
+        assert np.abs(off).max() < 0.2
+        at = joint_positions(take.skeletons[side], motion.poses)[known]
+        np.testing.assert_allclose(
+            at, joint_positions(tree, ours.poses)[known], atol=5e-4
+        )
+
+
+@pytest.mark.parametrize(
+    ("scale", "unit"), [(1.0, "0.01 m"), (0.01, "1 m"), (10.0, "0.001 m")]
+)
+def test_the_unit_of_such_files_is_one_with_which_hands_are_hands(
+    scale, unit, hands, tmp_path
+):
+    path = humanik(tmp_path / "a.bvh", hands, "mixamorig:", scale)
+    reading = read_bvh_angles(path)
+    assert reading.unit == unit
+    assert set(reading.recording.skeletons) == {"left", "right"}
+    place = reading.recording.motions["right"].translation
+    want = hands.motions["right"].translation
+    np.testing.assert_allclose(place, want, atol=1e-6)
+    said = [one for one in reading.remarks if one.kind == "unit"]
+    assert len(said) == (scale != 1.0)
+    known = read_bvh_angles(path, unit={"0.01 m": "cm", "1 m": "m"}.get(unit, "mm"))
+    assert known.unit == unit
+    assert not [one for one in known.remarks if one.kind == "unit"]
+
+
+def test_a_file_with_the_fingers_of_one_hand_has_that(hands, tmp_path):
+    path = humanik(tmp_path / "a.bvh", hands, "P1:")
+    text = path.read_text().replace("P1:LeftHandIndex2", "P1:LeftIndexTwo")
+    path.write_text(text)
+    assert list(read_bvh_angles(path).recording.motions) == ["right"]
+
+
+def test_two_people_are_told_apart_by_what_their_joints_begin_with(hands, tmp_path):
+    text = humanik(tmp_path / "a.bvh", hands, "P1:").read_text()
+    half = text.index("JOINT P1:RightHand\n")
+    text = text[:half] + text[half:].replace("P1:Right", "P2:Left")
+    (tmp_path / "a.bvh").write_text(text)
+    take = read_bvh_angles(tmp_path / "a.bvh").recording
+    assert set(take.motions) == {"P1_left", "P2_left"}
+
+
+def test_a_tip_joint_or_an_end_site_says_where_a_finger_points(hands, tmp_path):
+    path = humanik(tmp_path / "a.bvh", hands)
+    before = read_bvh_angles(path).recording.motions["left"].angles
+    text = path.read_text()
+    count = text.count("End Site")
+    for number in range(count):
+        text = text.replace("End Site", f"JOINT tip{number}", 1)
+    text = re.sub(r"(JOINT tip\d+\s*\{\s*OFFSET[^\n]*\n)", r"\1CHANNELS 0\n", text)
+    path.write_text(text)
+    after = read_bvh_angles(path).recording.motions["left"].angles
+    np.testing.assert_allclose(after, before, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ('[sides]\nleft = "L"', r"\[sides\] lacks one; write left = WORD"),
+        ('[sides]\nleft = "L"\nup = "U"', "no side is called 'up'"),
+        ('[sides]\nleft = "L"\nright = 3', r"right is 3; give the word"),
+        ('[sides]\nleft = "L"\nright = "R"', "joint 'wrist' has no {side}"),
+        ("other_units_m = 3", "other_units_m is 3; give a list of lengths"),
+        ("other_units_m = [0]", r"other_units_m is \[0\]; give a list of lengths"),
+        ("other_units_m = []", r"other_units_m is \[\]; give a list of lengths"),
+    ],
+)
+def test_broken_sides_of_a_map_are_one_clear_line(text, complaint, tmp_path):
+    units, sides = (text, "") if text.startswith("other") else ("", text)
+    text = f'unit_m = 1\nback = [0, 0, 1]\n{units}\n[bones]\nhand = "wrist"\n{sides}'
+    with pytest.raises(HandcleanError, match=complaint):
+        load_joint_map(written(tmp_path / "map.toml", text))

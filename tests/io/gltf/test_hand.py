@@ -15,7 +15,7 @@ from handclean.hand.template_surface import template_surface
 from handclean.io.gltf.hand import hand_of, import_hand
 from handclean.io.gltf.read import Glb, read_glb
 from handclean.io.gltf.skin import SkinnedMesh, skinned_mesh
-from handclean.io.gltf.skinned_map import load_skinned_map
+from handclean.io.gltf.skinned_map import load_skinned_map, of_hands
 from handclean.io.gltf.write import write_hand
 from handclean.io.shared.joint_map import SHIPPED, shipped
 from handclean.tree import MIRROR
@@ -100,6 +100,50 @@ def test_a_bent_hand_anywhere_is_found_straight_in_its_frame(
         found.subject.surface.vertices, surface.vertices[first], atol=1e-9
     )
     assert ours.scale == pytest.approx(tree.scale, rel=0.1)
+
+
+@pytest.mark.parametrize("tips", [True, False])
+@pytest.mark.parametrize("head", ["", "mixamorig:"])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_names_of_humanik_and_mixamo_say_which_hand_it_is(
+    rng, nameless, side, head, tips
+):
+    mesh, tree, _, _ = drawn(side, rng)
+    humanik, ours = load_skinned_map("humanik"), load_skinned_map("handclean")
+    word = head + side.capitalize()
+    names = {
+        joint: humanik.bones.bones[bone].replace("{side}", word)
+        for bone, joint in ours.bones.bones.items()
+    }
+    for finger, joint in ours.tips.items():
+        names[joint] = humanik.tips[finger].replace("{side}", word)
+    places = {
+        names[joint]: place
+        for joint, place in mesh.places.items()
+        if tips or not joint.endswith("_tip")
+    }
+    mesh = replace(
+        mesh,
+        names=tuple(names[joint] for joint in mesh.names),
+        places=places,
+        up=dict.fromkeys(places, ""),
+    )
+    [joint_map] = of_hands(humanik, set(places))
+    assert len(joint_map.tips) == (5 if tips else 0)
+    found = hand_of(nameless, mesh, joint_map).subject.model.tree
+    assert found.side == side
+    np.testing.assert_allclose(found.offsets[1:9], tree.offsets[1:9], atol=2e-3)
+
+
+def test_a_file_with_two_hands_of_such_names_has_a_map_for_each():
+    humanik = load_skinned_map("humanik")
+    names = {
+        joint.replace("{side}", side)
+        for side in ("Left", "Right")
+        for joint in humanik.bones.bones.values()
+    }
+    assert {one.bones.side for one in of_hands(humanik, names)} == {"left", "right"}
+    assert of_hands(humanik, names - {"LeftHand", "RightHandRing2"}) == []
 
 
 def test_an_axis_of_flexion_is_taken_from_the_rig_or_from_the_bend(rng, nameless):
@@ -286,7 +330,9 @@ def test_fingers_of_the_webxr_hand_are_straight_and_parallel(shared_data):
 
 def test_every_shipped_map_is_read_and_wrong_ones_are_told(tmp_path):
     assert "webxr" in [joint_map.name for joint_map in shipped()]
-    with pytest.raises(UsageError, match="shipped: handclean, manipnet, webxr"):
+    with pytest.raises(
+        UsageError, match="shipped: handclean, humanik, manipnet, webxr"
+    ):
         load_skinned_map("webx")
     with pytest.raises(FileError, match="left_handed"):
         load_skinned_map("manipnet")
