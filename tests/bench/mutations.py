@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = {
     "labels": ["tests/labels", "tests/commands/test_chain.py"],
-    "ik": ["tests/ik", "tests/commands/test_bridged.py", "tests/gaps"],
+    "ik": ["tests/ik", "tests/commands/shared/test_bridged.py", "tests/gaps"],
     "gaps": ["tests/gaps", "tests/commands/test_chain.py"],
 }
 """Tests that are run for a package, those that find most first."""
@@ -217,6 +217,8 @@ def tried(mutations, cache, project=ROOT):
             return "(never ended)"
         if done.returncode == 0:
             return ""
+        if done.returncode > 1:  # 1: tests failed; below 0: a signal ended it
+            raise RuntimeError(f"pytest did not run: {done.stdout}{done.stderr}")
         failed = [row for row in done.stdout.splitlines() if row.startswith("FAILED")]
         failed += [row for row in done.stdout.splitlines() if row.startswith("ERROR")]
         return failed[0].split(" - ")[0].split(" ", 1)[1] if failed else "(crashed)"
