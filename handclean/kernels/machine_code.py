@@ -21,6 +21,7 @@ This stands on parts of numba that are not public: ``Dispatcher._cache``,
 ``KNOWN``. With any other numba, kernels are compiled and kept by numba itself.
 """
 
+import fcntl
 import hashlib
 import importlib
 import os
@@ -28,8 +29,10 @@ import pickle
 import platform
 import re
 import sys
+import time
 import uuid
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,6 +58,10 @@ MADE_BY = "made_by.txt"
 GENERIC = "generic"
 """What numba calls a processor of which nothing is asked but the architecture. On the
 machine of RESULTS.md this costs no time in any command ("generic")."""
+
+LONGEST_WAIT_S = 120.0
+"""[s] how long to wait for another process to compile a kernel, before it is compiled
+here as well (chosen: ten times what the longest takes)."""
 
 _dumps: Callable[[Any], bytes] = serialize.dumps
 _rebuild: Callable[..., Any] = CompileResult._rebuild
@@ -241,18 +248,27 @@ class KernelFiles(_Cache):
                 return _load(kept, target_context)
         if shipped.exists():
             _damaged.add(shipped)
-        return None
+        place = cache_directory() / self._name(sig, magic)
+        if not _turns.take(place):
+            return None
+        kept = _read(place)
+        if kept is None or kept.types != sig:
+            return None
+        _turns.give_back(place)
+        return _load(kept, target_context)
 
     def save_overload(self, sig: Types, data: Any) -> None:
         """Write a kernel compiled for some types, where the folder can be written."""
         if not self._enabled or data.library.has_dynamic_globals or data.lifted:
             return
         content = _dumps(_taken(sig, data))
-        name = self._name(sig, data.codegen.magic_tuple())
+        place = cache_directory() / self._name(sig, data.codegen.magic_tuple())
         try:
-            _write(cache_directory() / name, content)
+            _write(place, content)
         except OSError:
             return
+        finally:
+            _turns.give_back(place)
 
     def enable(self) -> None:
         """Use files."""
@@ -264,6 +280,58 @@ class KernelFiles(_Cache):
 
     def flush(self) -> None:
         """Do nothing: a file is never out of date."""
+
+
+class Turns:
+    """Lets one process compile a kernel while the others wait for its file.
+
+    A process that compiles a kernel may wait for one that this one calls, and never
+    for one that calls it; so no two wait for each other. The locks are bytes of one
+    file, as locks of that kind work on network file systems, too; they end with their
+    process.
+    """
+
+    def __init__(self) -> None:
+        self._files: dict[Path, int] = {}
+
+    def take(self, place: Path) -> bool:
+        """Take the turn to make a file; say whether another process had it before."""
+        waited = False
+        until = time.monotonic() + LONGEST_WAIT_S
+        while time.monotonic() < until:
+            try:
+                file = self._file(place)
+                fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _byte_of(place))
+            except (BlockingIOError, PermissionError):
+                waited = True
+                time.sleep(0.02)
+            except OSError:  # no such locks here
+                break
+            else:
+                break
+        return waited
+
+    def give_back(self, place: Path) -> None:
+        """Let the next process have the turn."""
+        with suppress(OSError):
+            fcntl.lockf(self._file(place), fcntl.LOCK_UN, 1, _byte_of(place))
+
+    def _file(self, place: Path) -> int:
+        folder = place.parents[1]
+        if folder not in self._files:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._files[folder] = os.open(
+                folder / "compiling.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666
+            )
+        return self._files[folder]
+
+
+_turns = Turns()
+
+
+def _byte_of(place: Path) -> int:
+    digest = hashlib.sha256(str(place).encode()).digest()
+    return int.from_bytes(digest[:4]) & 0x7FFFFFFF
 
 
 def _read(place: Path) -> Kept | None:

@@ -4,6 +4,7 @@ import os
 import pickle
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numba
@@ -154,9 +155,10 @@ def test_two_processes_that_are_first_at_once_give_each_other_whole_files(
         )
         for before in (0, 2)
     ]
-    results = {process.communicate()[0].split()[2] for process in begun}
+    said = [process.communicate()[0].split() for process in begun]
     assert [process.returncode for process in begun] == [0, 0]
-    assert {*results} == {solved()[2]}
+    assert {result for _, _, result in said} == {solved()[2]}
+    assert sum(int(compiled) for _, compiled, _ in said) == 3  # none of them twice
     assert solved()[:2] == (3, 0)
 
 
@@ -180,6 +182,39 @@ def test_damaged_code_that_ships_is_compiled_into_the_cache(solved, tmp_path):
     assert solved(shipped=shipped) == (2, 1, made[2])
     assert solved(shipped=shipped) == (3, 0, made[2])
     assert file.read_bytes() == damaged
+
+
+HOLD = """
+import sys
+from pathlib import Path
+from handclean.kernels import machine_code
+assert not machine_code.Turns().take(Path(sys.argv[1]))
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_another_process_is_waited_for_and_not_for_ever(tmp_path, monkeypatch):
+    place, other = tmp_path / "a1" / "solve-b2.nbc", tmp_path / "a1" / "factor-c3.nbc"
+    turns = machine_code.Turns()
+    assert not turns.take(place)
+    turns.give_back(place)
+    holder = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(place)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert holder.stdout.readline() == "held\n"
+    assert not turns.take(other)
+    monkeypatch.setattr(machine_code, "LONGEST_WAIT_S", 0.1)
+    began = time.monotonic()
+    assert turns.take(place)
+    assert time.monotonic() - began >= 0.1
+    monkeypatch.setattr(machine_code, "LONGEST_WAIT_S", 60.0)
+    holder.communicate("")  # its end ends its turn
+    assert not turns.take(place)
 
 
 @pytest.fixture
