@@ -26,6 +26,7 @@ FAILS = {
     "clean raw/*/*.c3d": 1,
     "clean --manifest failed.csv": 1,
     "inspect --manifest - --json": 1,
+    "solve --manifest -": 1,
 }
 """Lines that should fail, by what they have, and how."""
 

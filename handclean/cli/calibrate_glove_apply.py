@@ -22,9 +22,9 @@ from handclean.runner.batch import Batch
 )
 @click.option("--tips", is_flag=True, help="Add the fingertips, in the hand's frame.")
 @options.batch(
-    [options.inputs, options.manifest, options.rate],
+    [*options.INPUTS, options.rate],
     options.OUTPUT,
-    [options.subject, options.side],
+    [*options.SUBJECTS, options.side],
     options.MANY,
     options.TELLING,
 )

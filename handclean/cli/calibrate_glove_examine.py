@@ -20,7 +20,7 @@ from handclean.runner.batch import Batch
     help="Whose joints moved; once per file.  [default: what file or its name says]",
 )
 @options.batch(
-    [options.inputs, options.manifest, options.rate],
+    [*options.INPUTS, options.rate],
     options.ONE_OUTPUT,
     options.TELLING,
 )

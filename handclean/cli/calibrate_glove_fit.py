@@ -13,7 +13,7 @@ from handclean.runner.batch import Batch
 @click.command("fit")
 @options.settings("calibrate-glove-fit", GloveFitConfig)
 @options.batch(
-    [options.inputs, options.manifest],
+    options.INPUTS,
     options.ONE_DRAWN_OUTPUT,
     [options.jobs],
     options.TELLING,

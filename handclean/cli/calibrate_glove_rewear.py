@@ -19,7 +19,7 @@ from handclean.runner.batch import Batch
     help="Of an earlier donning, perhaps another person's.",
 )
 @options.batch(
-    [options.inputs, options.manifest],
+    options.INPUTS,
     options.ONE_OUTPUT,
     options.TELLING,
 )

@@ -45,7 +45,7 @@ from handclean.runner.batch import Batch
 )
 @glove_options.option
 @options.batch(
-    [options.inputs, options.manifest, options.rate],
+    [*options.INPUTS, options.rate],
     options.ONE_OUTPUT,
     [options.subject, options.side],
     options.TELLING,

@@ -33,7 +33,7 @@ from handclean.runner.batch import Batch
 @options.batch(
     options.SOURCES,
     options.OUTPUT,
-    (options.subject,),
+    options.SUBJECTS,
     options.MANY,
     options.TELLING,
 )

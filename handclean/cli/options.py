@@ -43,12 +43,18 @@ def _config(
 
 
 inputs = click.argument("inputs", nargs=-1, type=PATH, metavar="IN...")
+recursive = click.option(
+    "--recursive",
+    is_flag=True,
+    help="Inputs may be folders, for the files below them that the command reads.",
+)
 manifest = click.option(
     "--manifest",
     metavar="FILE|-",
     shell_complete=completion.files,
-    help="More inputs: CSV with a header (input, output, subject, marker_set, side) "
-    "or one path per line; '-' is stdin.",
+    help="More inputs: CSV or TSV with a header (input, output, subject, marker_set, "
+    "side), one path per line, or what --json of another command printed; '-' is "
+    "stdin.",
 )
 rate = click.option(
     "--rate",
@@ -113,6 +119,13 @@ subject = click.option(
     type=PATH,
     metavar="FILE",
     help="Whose hand it is; once per hand.",
+)
+subject_for = click.option(
+    "--subject-for",
+    multiple=True,
+    metavar="PATTERN",
+    help="Whose hand each take is, by its place: '{parent}/subject.h5' or "
+    "'subjects/{parent.name}.h5'; {stem} is the take's name. Once per hand.",
 )
 marker_set = click.option(
     "--marker-set",
@@ -182,11 +195,13 @@ prior = click.option(
 )
 
 READING = (rate, unit, lenient, believe_coordinates)
-SOURCES = (inputs, manifest, *READING)
+INPUTS = (inputs, recursive, manifest)
+SOURCES = (*INPUTS, *READING)
 OUTPUT = (output, file_format, overwrite, no_seed)
 ONE_OUTPUT = (output, overwrite, no_seed)
 ONE_DRAWN_OUTPUT = (output, overwrite, seed)
-HANDS = (subject, marker_set, side)
+SUBJECTS = (subject, subject_for)
+HANDS = (*SUBJECTS, marker_set, side)
 MANY = (jobs, shard, fail_fast, failed)
 TELLING = (require, as_json, quiet, verbose, config_path)
 

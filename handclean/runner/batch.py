@@ -35,6 +35,26 @@ class Given(Protocol):
         """
         ...
 
+    def for_input(self, path: Path) -> Self:
+        """Return it with what is found by a pattern for one input.
+
+        Raises
+        ------
+        UsageError
+            If the pattern is none.
+        """
+        ...
+
+    def expect_found(self) -> None:
+        """Expect that a pattern found something for the input.
+
+        Raises
+        ------
+        UsageError
+            If it did not.
+        """
+        ...
+
     def files(self) -> Mapping[str, Path]:
         """Files that it makes a step read, by role: "subject 1", "subject 2"."""
         ...
@@ -53,6 +73,13 @@ class NothingGiven:
     def with_cells(self, cells: Mapping[str, str], at: str) -> Self:
         """Return it as it is, as there are no columns."""
         return self
+
+    def for_input(self, path: Path) -> Self:
+        """Return it as it is, as there are no patterns."""
+        return self
+
+    def expect_found(self) -> None:
+        """Expect nothing."""
 
     def files(self) -> Mapping[str, Path]:
         """Return no files."""
@@ -73,6 +100,7 @@ class Batch:
     Attributes
     ----------
     inputs : files named on the command line, in that order.
+    recursive : an input that is a folder stands for the files below it.
     manifest : a file that names more of them, "-" for stdin, or None.
     output, format : where to, and the suffix of files in a folder; by default that of
         the command.
@@ -90,6 +118,7 @@ class Batch:
     """
 
     inputs: tuple[Path, ...] = ()
+    recursive: bool = False
     manifest: str | None = None
     output: str | None = None
     format: str = ""
@@ -126,6 +155,7 @@ class Source:
     sha256 : digest of its bytes where that has been taken, else "".
     target : suffix of the first output, "" while that is not known.
     at : where a manifest names it, "takes.csv, line 3", or "".
+    failed : why an earlier command could not make it, or "".
     """
 
     path: Path
@@ -137,6 +167,7 @@ class Source:
     sha256: str = ""
     target: str = ""
     at: str = ""
+    failed: str = ""
 
     @property
     def name(self) -> str:

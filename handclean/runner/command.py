@@ -25,6 +25,7 @@ class Command:
     step : module of the step, which is a function of the module's own name; it is
         imported when it is needed.
     formats : what answers the runner's questions about files.
+    reads : suffixes of the files of a folder that are inputs.
     suffixes : what outputs may end in, the usual one first; empty if it writes none.
     makes : kind of what it makes by suffix, where that does not depend on what it
         reads; so that a wrong place is found before the work is done.
@@ -35,6 +36,7 @@ class Command:
     name: str
     step: str
     formats: Formats
+    reads: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
     makes: Mapping[str, str] = field(default_factory=dict)
     check: Check | None = None

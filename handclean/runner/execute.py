@@ -111,8 +111,11 @@ def _failed(error: str, **parts: Any) -> Report:
 
 
 def _do(work: Work, task: Task, notice: Notice) -> Report:
-    for path in (s.path for s in task.sources if s.is_file):
-        _expect_file(path, work.command.formats.usual)
+    for source in task.sources:
+        _expect_made(source)
+        if source.is_file:
+            _expect_file(source.path, work.command.formats.usual)
+        source.given.expect_found()
     if not task.outputs:
         outcome = _outcome(work, task, notice)
         return _done(provenance.plain(outcome.figures), outcome)
@@ -147,6 +150,19 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
     )
     lost, stood = outputs.write(task, outcome, entry, work.command, states)
     return _done(entry["figures"], outcome, (*lost, *stood))
+
+
+def _expect_made(source: Source) -> None:
+    """Expect a file that an earlier command should have made.
+
+    Raises
+    ------
+    HandcleanError
+        If that failed.
+    """
+    if source.failed:
+        wrong = f"was not made, as an earlier command failed: {source.failed}"
+        raise HandcleanError(wrong, where=source.path)
 
 
 def _expect_file(path: Path, usual: Sequence[str]) -> None:

@@ -5,8 +5,9 @@ stood there.
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from handclean.errors import UsageError
@@ -44,9 +45,16 @@ def expect_free(batch: Batch, tasks: Sequence[Task], records: Records) -> None:
 
 
 def write(
-    batch: Batch, tasks: Sequence[Task], lines: Sequence[Line], unfinished: set[int]
+    batch: Batch,
+    tasks: Sequence[Task],
+    lines: Sequence[Line],
+    unfinished: Mapping[int, str],
 ) -> tuple[str, str]:
     """List the failed inputs where that is asked for; say what went wrong or was kept.
+
+    Parameters
+    ----------
+    unfinished : why, by index of the tasks that failed or were not done.
 
     Returns
     -------
@@ -56,7 +64,11 @@ def write(
     if path is None:
         return "", ""
     placed = plan.failed_lines(tasks, lines)
-    listed = (line for i, line in enumerate(placed) if i in unfinished)
+    listed = (
+        replace(line, reason=unfinished[i])
+        for i, line in enumerate(placed)
+        if i in unfinished
+    )
     text = manifest.to_csv(listed, batch.given.columns)
     place = Path(os.path.realpath(path))
     temporary = staging.temporary(place, staging.token(), 0)
@@ -76,11 +88,12 @@ def write(
 
 def _is_list(path: Path, batch: Batch) -> bool:
     """Whether a file is an older list, or empty."""
-    header = manifest.to_csv((), batch.given.columns).encode()
+    header = manifest.to_csv((), batch.given.columns)
+    without_reason = header.replace(f",{manifest.REASON}\n", "\n")  # up to 0.1
     try:
         with path.open("rb") as file:
-            return file.read(len(header)) in (b"", header)
-    except OSError:
+            return file.readline(len(header)).decode() in ("", header, without_reason)
+    except (OSError, ValueError):
         return False
 
 

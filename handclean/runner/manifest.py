@@ -1,12 +1,14 @@
 """Lists of inputs: manifests, shards, and the failed ones as a new manifest.
 
-A manifest is CSV whose header names ``input`` and, as needed, ``output`` and what else
-may be given of an input; or plain lines, each a path. Relative paths are relative to
+A manifest is CSV or TSV whose header names ``input`` and, as needed, ``output`` and
+what else may be given of an input; or plain lines, each a path; or the JSON objects
+that another command told, whose outputs are the inputs. Relative paths are relative to
 the folder the command runs in, like paths on the command line.
 """
 
 import csv
 import io
+import json
 import os
 import re
 import sys
@@ -23,6 +25,16 @@ T = TypeVar("T")
 
 COLUMNS = ("input", "output")
 """Columns of every manifest; those of what is given of an input come after them."""
+
+REASON, RATING = "reason", "rating"
+"""Columns that may stand there, too: why an input failed, which ``--failed`` writes,
+and how good a person finds it."""
+
+EXCLUDED = "exclude"
+"""The rating that leaves an input out."""
+
+STATES = ("done", "skipped", "failed")
+"""What the JSON of a command may say of an input."""
 
 MISSPELT_SIMILARITY = 0.75
 """[-] similarity (of `difflib`) of a cell and a column's name from which on it is meant
@@ -49,13 +61,21 @@ class Line:
     ----------
     output : where to, "" where the line is silent.
     cells : what it says in other columns; without those that are empty.
+    reason : why it failed the last time, "" where the line is silent.
+    excluded : whether it is left out; the places of the others do not depend on it.
+    failed : why an earlier command could not make the input, or "".
     at : where it stands: "takes.csv, line 3", "" on the command line.
+    folder : that in which the input was found, None where it was named itself.
     """
 
     input: Path
     output: str = ""
     cells: Mapping[str, str] = field(default_factory=dict)
+    reason: str = ""
+    excluded: bool = False
+    failed: str = ""
     at: str = field(default="", compare=False)
+    folder: Path | None = None
 
 
 def read(name: str, more: Sequence[str] = ()) -> tuple[Line, ...]:
@@ -63,13 +83,13 @@ def read(name: str, more: Sequence[str] = ()) -> tuple[Line, ...]:
 
     Parameters
     ----------
-    more : columns it may have beside `COLUMNS`.
+    more : columns it may have beside `COLUMNS`, `REASON` and `RATING`.
 
     Raises
     ------
     UsageError
-        If it cannot be read, is empty, or has an unknown column or a line that does
-        not fit the header.
+        If it cannot be read, is empty, has an unknown column, a line that does not fit
+        the header, or JSON that is not of a command with outputs.
     """
     where = "stdin" if name == "-" else name
     text = _text(name, where)
@@ -78,12 +98,18 @@ def read(name: str, more: Sequence[str] = ()) -> tuple[Line, ...]:
             "is empty; it should list the inputs, one per line", where=where
         )
     first = text.lstrip("\n").split("\n", 1)[0].strip()
-    if re.match(r'"?input"?\s*[;\t]', first):
-        raise UsageError("columns should be separated by commas", where=where)
-    header = [cell.strip() for row in _rows(where, csv.reader([first])) for cell in row]
-    columns = (*COLUMNS, *more)
-    if "input" in header:
-        return tuple(_table(where, text, header, columns))
+    if re.match(r'\{\s*("|$)', first):
+        return tuple(_results(where, text))
+    if re.match(r'"?input"?\s*;', first):
+        raise UsageError("columns should be separated by commas or tabs", where=where)
+    columns = (*COLUMNS, *more, REASON, RATING)
+    for separator in (",", "\t"):
+        rows = csv.reader([first], delimiter=separator)
+        header = [cell.strip() for row in _rows(where, rows) for cell in row]
+        if "input" in header:
+            return tuple(_table(where, text, header, columns, separator))
+        if len(header) > 1:
+            break
     _expect_no_header(where, header, columns)
     lines = (line.removesuffix("\r") for line in text.split("\n"))
     return tuple(Line(input=Path(line)) for line in lines if line.strip())
@@ -155,14 +181,14 @@ def _expect_few(where: str, size: int, lines: int) -> None:
 
 
 def _table(
-    where: str, text: str, header: list[str], columns: Sequence[str]
+    where: str, text: str, header: list[str], columns: Sequence[str], separator: str
 ) -> Iterable[Line]:
     for name in header:
         if name not in columns:
             raise UnknownSettingError(where, "column", name, columns)
     if len(set(header)) != len(header):
         raise UsageError("every column should appear once", where=where)
-    rows = csv.reader(io.StringIO(text, newline=""))
+    rows = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     started = False
     for row in _rows(where, rows):
         if not any(cell.strip() for cell in row):
@@ -192,9 +218,44 @@ def _line(where: str, cells: dict[str, str]) -> Line:
     return Line(
         input=Path(cells["input"]),
         output=cells.get("output", ""),
-        cells={k: text for k, text in cells.items() if text and k not in COLUMNS},
+        cells={
+            name: text
+            for name, text in cells.items()
+            if text and name not in (*COLUMNS, REASON, RATING)
+        },
+        reason=cells.get(REASON, ""),
+        excluded=cells.get(RATING, "").strip() == EXCLUDED,
         at=where,
     )
+
+
+def _results(where: str, text: str) -> Iterable[Line]:
+    """Read what another command told: its outputs are the inputs, whole or failed."""
+    for number, row in enumerate(text.split("\n"), start=1):
+        if not row.strip():
+            continue
+        at = f"{where}, line {number}"
+        try:
+            found = json.loads(row)
+        except (ValueError, RecursionError):
+            found = None
+        if not isinstance(found, dict) or found.get("status") not in STATES:
+            right = "it should be one that --json prints, with input, output and status"
+            raise UsageError(f"is no JSON object of a command; {right}", where=at)
+        yield _result(at, found)
+
+
+def _result(at: str, found: Mapping[str, Any]) -> Line:
+    made = found.get("output")
+    if isinstance(made, list) and made:
+        made = made[0]  # what is made beside it comes after it
+    if not isinstance(made, str) or not made:
+        right = "only what a command wrote can be an input"
+        raise UsageError(f"names no output; {right}", where=at)
+    failed = ""
+    if found["status"] == "failed":
+        failed = str(found.get("error") or "it does not say why")
+    return Line(input=Path(made), failed=failed, at=at)
 
 
 def shard(items: Sequence[T], which: str) -> Sequence[T]:
@@ -218,8 +279,8 @@ def to_csv(lines: Iterable[Line], more: Sequence[str] = ()) -> str:
     """Write lines as a manifest; ``more`` are its columns beside `COLUMNS`."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow((*COLUMNS, *more))
+    writer.writerow((*COLUMNS, *more, REASON))
     for line in lines:
         cells = (line.cells.get(column, "") for column in more)
-        writer.writerow((line.input, line.output, *cells))
+        writer.writerow((line.input, line.output, *cells, line.reason))
     return out.getvalue()

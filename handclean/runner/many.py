@@ -50,11 +50,16 @@ def run(work: Work, batch: Batch) -> int:
     UsageError
         If something is wrong with the request as a whole; then nothing is done.
     """
-    lines = plan.lines_of(batch)
+    lines = plan.lines_of(batch, work.command.reads)
     tasks = plan.mapping(batch, lines, work.command)
     work.command.expect_right(batch, tasks)
-    lines = tuple(manifest.shard(lines, batch.shard))
-    return run_tasks(work, batch, manifest.shard(tasks, batch.shard), lines)
+    lines = plan.included(lines)
+    return run_tasks(
+        work,
+        batch,
+        manifest.shard(tasks, batch.shard),
+        manifest.shard(lines, batch.shard),
+    )
 
 
 def reduce(work: Work, batch: Batch, beside: Sequence[Path] = ()) -> int:
@@ -66,7 +71,8 @@ def reduce(work: Work, batch: Batch, beside: Sequence[Path] = ()) -> int:
     ----------
     beside : further outputs.
     """
-    task = plan.reducing(batch, plan.lines_of(batch), work.command, beside)
+    lines = plan.lines_of(batch, work.command.reads)
+    task = plan.reducing(batch, lines, work.command, beside)
     work.command.expect_right(batch, [task])
     return run_tasks(work, batch, [task], ())
 
@@ -94,7 +100,7 @@ def run_tasks(
     finally:
         console.close()
         unfinished = {
-            i
+            i: terminal.line(reports[i].error) if i in reports else "not done"
             for i in range(len(tasks))
             if i not in reports or reports[i].status == "failed"
         }

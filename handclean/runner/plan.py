@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from handclean.errors import UnknownSettingError, UsageError
-from handclean.runner import manifest
+from handclean.runner import folders, manifest
 from handclean.runner.batch import Batch, Source, Task
 from handclean.runner.command import Command
 from handclean.runner.manifest import Line
@@ -20,24 +20,35 @@ from handclean.runner.places import expect_apart
 from handclean.runner.staging import token
 
 
-def lines_of(batch: Batch) -> tuple[Line, ...]:
+def lines_of(batch: Batch, suffixes: Collection[str] = ()) -> tuple[Line, ...]:
     """List the inputs of the command line, then those of its manifest.
+
+    Parameters
+    ----------
+    suffixes : of the files that are taken where a folder stands for those below it.
 
     Raises
     ------
     UsageError
-        If there are none, or the manifest is wrong.
+        If there are none, the manifest is wrong, or nothing is in a folder.
     """
     lines = tuple(Line(input=path) for path in batch.inputs)
     if batch.manifest is not None:
-        return lines + manifest.read(batch.manifest, batch.given.columns)
-    if not lines:
+        lines += manifest.read(batch.manifest, batch.given.columns)
+    elif not lines:
         raise UsageError("inputs: there are none; name files, or a --manifest of them")
-    return lines
+    return folders.with_files(batch, lines, suffixes) if batch.recursive else lines
+
+
+def included(lines: Sequence[Line]) -> tuple[Line, ...]:
+    """Return the lines that are not left out."""
+    return tuple(line for line in lines if not line.excluded)
 
 
 def mapping(batch: Batch, lines: Sequence[Line], command: Command) -> list[Task]:
     """Plan a command whose every input gives one output (none without suffixes).
+
+    Inputs that are left out have a place, too, but no task.
 
     Raises
     ------
@@ -45,13 +56,13 @@ def mapping(batch: Batch, lines: Sequence[Line], command: Command) -> list[Task]
         If an output has no place or an unknown suffix, if two inputs would share one,
         or if one is an input itself.
     """
-    sources = [_source(batch, line) for line in lines]
     if not command.suffixes:
-        return [Task(sources=(source,)) for source in sources]
+        return [Task(sources=(_source(batch, line),)) for line in included(lines)]
     outputs = _outputs(batch, lines, command.suffixes)
     tasks = [
-        Task(sources=(source,), outputs=(output,), token=token())
-        for source, output in zip(sources, outputs, strict=True)
+        Task(sources=(_source(batch, line),), outputs=(output,), token=token())
+        for line, output in zip(lines, outputs, strict=True)
+        if not line.excluded
     ]
     expect_apart(tasks, command.records, batch.reads)
     return tasks
@@ -74,7 +85,7 @@ def reducing(
     UsageError
         As `mapping`.
     """
-    sources = tuple(_source(batch, line) for line in lines)
+    sources = tuple(_source(batch, line) for line in included(lines))
     if not sources:
         where = batch.manifest or "inputs"
         raise UsageError("the manifest lists no takes", where=where)
@@ -93,17 +104,18 @@ def reducing(
 def _source(batch: Batch, line: Line) -> Source:
     return Source(
         path=line.input,
-        given=batch.given.with_cells(line.cells, line.at),
+        given=batch.given.with_cells(line.cells, line.at).for_input(line.input),
         files=batch.files,
         seed=batch.seed or 0,
         at=line.at,
+        failed=line.failed,
     )
 
 
 def _outputs(
     batch: Batch, lines: Sequence[Line], suffixes: Sequence[str]
 ) -> list[Path]:
-    unplaced = [line.input for line in lines if not line.output]
+    unplaced = [line for line in lines if not line.output]
     places = iter(_places(batch, unplaced, suffixes) if unplaced else ())
     outputs = [Path(line.output) if line.output else next(places) for line in lines]
     for output in outputs:
@@ -111,24 +123,22 @@ def _outputs(
     return outputs
 
 
-def _places(
-    batch: Batch, inputs: Sequence[Path], suffixes: Sequence[str]
-) -> list[Path]:
+def _places(batch: Batch, lines: Sequence[Line], suffixes: Sequence[str]) -> list[Path]:
     """Give the inputs that name no output themselves a place under ``-o``."""
     if batch.output is None:
         raise UsageError("-o: is missing; it should name a file or a folder")
     output = Path(batch.output)
     if not _is_folder(batch.output):
-        if len(inputs) == 1:
+        if len(lines) == 1 and lines[0].folder is None:
             return [output]
+        inputs = f"{len(lines)} inputs" if len(lines) > 1 else "the files of a folder"
         raise UsageError(
-            f"is one file for {len(inputs)} inputs; -o should name a folder",
-            where=output,
+            f"is one file for {inputs}; -o should name a folder", where=output
         )
     suffix = batch.format or suffixes[0]
     _expect_suffix("--format", suffix, suffixes)
-    parent = _common_parent(inputs)
-    return [(output / _below(path, parent)).with_suffix(suffix) for path in inputs]
+    parent = _common_parent(lines)
+    return [(output / _below(line.input, parent)).with_suffix(suffix) for line in lines]
 
 
 def _is_folder(output: str) -> bool:
@@ -145,8 +155,15 @@ def _expect_suffix(where: Path | str, suffix: str, suffixes: Collection[str]) ->
         raise UnknownSettingError(where, "format for writing", suffix, suffixes)
 
 
-def _common_parent(inputs: Iterable[Path]) -> str:
-    parents = {os.path.dirname(os.path.abspath(path)) for path in inputs}
+def _common_parent(lines: Iterable[Line]) -> str:
+    """The folder above all inputs; what is in a folder that was named stays below it.
+
+    So the place of an output does not depend on what else is in that folder.
+    """
+    parents = {
+        os.path.abspath(line.folder or os.path.dirname(os.path.abspath(line.input)))
+        for line in lines
+    }
     return os.path.commonpath(parents)
 
 

@@ -52,12 +52,15 @@ def test_every_shared_option_reaches_the_batch(call):
     batch, _ = call(
         *words("a.c3d b.c3d -o out --format CSV --subject l.h5 --subject r.h5"),
         *words("--marker-set han19 --side both --rate 120 --unit mm --manifest -"),
+        *words("--recursive --subject-for {parent}/s.h5"),
         *words("-j 3 --shard 2/5 --fail-fast --failed f.csv --overwrite --seed 7"),
         *["--require", "words<=1", "--require", "draw>0", "--json", "-q", "-v"],
         "--lenient",
     )
     assert batch == take_batch(
         inputs=(Path("a.c3d"), Path("b.c3d")),
+        recursive=True,
+        subject_for=("{parent}/s.h5",),
         manifest="-",
         output="out",
         format=".csv",

@@ -1,6 +1,7 @@
 """Lists of inputs, shards, and the failed ones as a new list."""
 
 import io
+import json
 import os
 import signal
 import sys
@@ -63,6 +64,41 @@ def test_lines_may_end_in_any_way(read, end):
 def test_a_first_line_that_is_no_csv_is_a_mistake(read, first):
     with pytest.raises(UsageError, match="is not CSV"):
         read(f"{first}\nb.c3d\n")
+
+
+def test_columns_may_be_separated_by_tabs(read):
+    assert read('side\tinput\r\nleft\ta, b.c3d\r\n\t"c\td"\n') == (
+        Line(input=Path("a, b.c3d"), cells={"side": "left"}),
+        Line(input=Path("c\td")),
+    )
+
+
+def test_what_another_command_told_names_inputs_by_its_outputs(read):
+    told = [
+        {"input": "a.c3d", "output": "a.h5", "status": "done", "side": "left"},
+        {"status": "skipped", "output": ["b ü.h5", "b.truth.h5"], "error": None},
+        {"status": "failed", "output": "c.h5", "error": "c.c3d: is wrong"},
+    ]
+    lines = read("\n".join(map(json.dumps, told)) + "\n\n")
+    assert lines == (
+        Line(input=Path("a.h5")),
+        Line(input=Path("b ü.h5")),
+        Line(input=Path("c.h5"), failed="c.c3d: is wrong"),
+    )
+    assert lines[2].at.endswith("list.csv, line 3")
+
+
+def test_a_path_may_begin_with_a_brace(read):
+    assert names(read("{a}.c3d\nb.c3d\n")) == ["{a}.c3d", "b.c3d"]
+
+
+def test_a_reason_and_a_rating_may_stand_there(read):
+    lines = read("input,reason,rating\na,was wrong,\nb,,exclude\nc,,good\n")
+    assert [(line.reason, line.excluded, line.cells) for line in lines] == [
+        ("was wrong", False, {}),
+        ("", True, {}),
+        ("", False, {}),
+    ]
 
 
 def test_a_table_without_lines_is_no_mistake(read):
@@ -161,7 +197,14 @@ def test_a_signal_that_was_swallowed_ends_a_list(read, monkeypatch):
         ("", "is empty"),
         ("\n \n", "is empty"),
         ("input;side\na;left\n", "separated by commas"),
-        ("input\tside\na\tleft\n", "separated by commas"),
+        ("input\tsid\na\tleft\n", "no column is called 'sid'; did you mean side?"),
+        ("inptu\tside\na\tleft\n", "no column is called 'inptu'"),
+        ("input\tside\na\n", "line 2: has 1 cells; it should have 2"),
+        ('{"status": "done", "output": "a"}\n{"sta', "line 2: is no JSON object of a"),
+        ('{"a": 1}\n', "line 1: is no JSON object of a command"),
+        ('{"status": "done", "output": null}', "line 1: names no output"),
+        ('{"status": "done", "output": []}', "line 1: names no output"),
+        ("{\n", "line 1: is no JSON object"),
         ("input,sid\na,left\n", "no column is called 'sid'; did you mean side?"),
         ("inptu,output\na,b\n", "no column is called 'inptu'; did you mean input?"),
         ("Input,Output\na,b\n", "no column is called 'Input'; did you mean input?"),
@@ -215,6 +258,7 @@ paths = text.map(Path)
             input=paths.filter(lambda path: str(path) != "input"),
             output=text,
             cells=st.dictionaries(st.sampled_from(COLUMNS), text),
+            reason=text,
         )
     )
 )

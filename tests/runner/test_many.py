@@ -533,17 +533,86 @@ def test_the_list_of_failed_inputs_is_a_manifest_that_puts_them_in_place(inputs,
     failed = Path("failed.csv")
     run(*paths, output="out", failed=failed, given=Whose(mood="good"))
     assert failed.read_text() == (
-        "input,output,who,style,mood\nin/S02/a.txt,out/S02/a.box,,,\n"
+        "input,output,who,style,mood,reason\n"
+        "in/S02/a.txt,out/S02/a.box,,,,in/S02/a.txt: is wrong; it should be right\n"
     )
     inputs(S02__a="right now")
     given = {"given": Whose(), "manifest": "failed.csv"}
     status, objects, _ = run(failed=failed, **given)
     assert status == 0
     assert [o["output"] for o in objects] == ["out/S02/a.box"]
-    assert failed.read_text() == "input,output,who,style,mood\n"
+    assert failed.read_text() == "input,output,who,style,mood,reason\n"
     said = "failed.csv: the manifest lists no takes\n"
     assert run(**given) == (0, [], said)
     assert run(quiet=True, **given) == (0, [], "")
+
+
+def test_the_list_of_failed_inputs_replaces_one_that_gave_no_reasons(inputs, run):
+    listed = Path("f.csv")
+    listed.write_text("input,output,who,style,mood\na.txt,a.box,,,\n")
+    run(*inputs(a="wrong"), given=Whose(), output="out", failed=listed)
+    assert listed.read_text().startswith("input,output,who,style,mood,reason\n")
+
+
+def test_a_reason_is_one_line(inputs, run):
+    run(*inputs(a="wicked", b="one"), output="out", failed=Path("f.csv"))
+    (row,) = csv.DictReader(Path("f.csv").read_text().splitlines())
+    assert row["reason"].startswith(r"in/a.txt: \x1b]0;title")
+
+
+def test_what_is_rated_to_be_left_out_is_not_done_and_moves_nothing(inputs, run):
+    inputs(S01__a="one", S01__b="two", S02__c="three", S03__d="one")
+    Path("l.csv").write_text(
+        "input,rating\nin/S01/a.txt,\nin/S02/c.txt,exclude\nin/S01/b.txt,good\n"
+    )
+    _, objects, _ = run(manifest="l.csv", output="out")
+    assert [o["output"] for o in objects] == ["out/S01/a.box", "out/S01/b.box"]
+    _, objects, _ = run(manifest="l.csv", output="out", shard="2/2")
+    assert [o["output"] for o in objects] == ["out/S01/b.box"]
+    Path("l.csv").write_text("input,rating\nin/S01/a.txt,exclude\n")
+    assert run(manifest="l.csv", output="out")[:2] == (0, [])
+    batch = Batch(inputs=(Path("in/S03/d.txt"),), manifest="l.csv", output="all.box")
+    assert many.reduce(Work(command=tally()), batch) == 0
+    assert opened(Path("all.box"))["text"] == "one"
+
+
+def told(objects):
+    return "".join(json.dumps(o) + "\n" for o in objects)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_one_command_told_is_the_manifest_of_another(inputs, run, jobs):
+    paths = inputs(a="one", b="wrong", c="one two")
+    _, objects, _ = run(*paths, output="first", format=".csv")
+    Path("told.jsonl").write_text(told(objects))
+    again = {"manifest": "told.jsonl", "failed": Path("f.csv"), "jobs": jobs}
+    status, objects, err = run(output="second", **again)
+    assert status == 1
+    assert [(o["input"], o["output"], o["status"]) for o in objects] == [
+        ("first/a.csv", "second/a.box", "done"),
+        ("first/b.csv", "second/b.box", "failed"),
+        ("first/c.csv", "second/c.box", "done"),
+    ]
+    assert objects[1]["error"] == (
+        "first/b.csv: was not made, as an earlier command failed: "
+        "in/b.txt: is wrong; it should be right"
+    )
+    assert err.splitlines()[0] == objects[1]["error"]
+    rows = csv.DictReader(Path("f.csv").read_text().splitlines())
+    assert [row["input"] for row in rows] == ["first/b.csv"]
+
+
+def test_an_input_that_a_pattern_finds_nothing_for_fails_alone(inputs, run):
+    paths = inputs(S01__a="one", S02__a="one")
+    Path("in/S01/who.raw").write_text("Ada")
+    status, objects, _ = run(*paths, output="out", given=Whose(who_for="who.raw"))
+    assert (status, [o["status"] for o in objects]) == (1, ["done", "failed"])
+    assert objects[1]["error"] == "in/S02/a.txt: there is no in/S02/who.raw"
+    status, _, _ = run(paths[1], output="x.box", given=Whose(who_for="who.raw"))
+    assert status == 2
+    whose = Whose(who=(Path("in/S01/who.raw"),))
+    _, (o,), _ = run(paths[0], output="out/S01/a.box", given=whose)
+    assert o["status"] == "skipped"  # the record is that of the subject found
 
 
 @pytest.mark.parametrize("text", ["mine", "input,who\na.raw,S01.box\n", "a.raw\n"])

@@ -35,6 +35,9 @@ class Needs:
             gives it for some and not for others, these fail by themselves.
         """
         options = options_of(batch)
+        if options.subjects and options.subject_for:
+            wrong = "says for each take whose hand it is; leave --subject out"
+            raise UsageError(wrong, where="--subject-for")
         if options.subjects or options.marker_set or "prior" in batch.files:
             hands = import_module("handclean.commands.shared.hands")  # late
             hands.check(batch, marked=self.hand, least=self.markers)
@@ -43,7 +46,7 @@ class Needs:
             return
         if self.marker_set:
             raise no_marker_set()
-        if self.hand and not any(take.subjects for take in of_takes):
+        if self.hand and not any(take.subjects or take.unfound for take in of_takes):
             raise no_hand()
 
 

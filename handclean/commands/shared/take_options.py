@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from handclean.commands.shared import subject_patterns
 from handclean.errors import UsageError
 from handclean.runner.batch import Batch, Source
 
@@ -21,6 +22,8 @@ class TakeOptions:
     Attributes
     ----------
     subjects, marker_set, side : whose hands, with what markers, which of them.
+    subject_for : patterns by which the subjects of each take are found.
+    unfound : what such a pattern did not find, or "".
     rate_hz, unit : for files that do not say; [Hz], one of mm, cm, m.
     lenient : save what can be saved of a damaged file.
     believe_coordinates : of a C3D that marks every point as missing.
@@ -29,6 +32,8 @@ class TakeOptions:
     subjects: tuple[Path, ...] = ()
     marker_set: str = ""
     side: str = ""
+    subject_for: tuple[str, ...] = ()
+    unfound: str = ""
     rate_hz: float | None = None
     unit: str | None = None
     lenient: bool = False
@@ -66,6 +71,38 @@ class TakeOptions:
             marker_set=cells.get("marker_set") or self.marker_set,
             side=side or self.side,
         )
+
+    def for_input(self, path: Path) -> "TakeOptions":
+        """Return the options of one take, with the subjects that patterns find for it.
+
+        What a manifest says of the take comes first.
+
+        Raises
+        ------
+        UsageError
+            If a pattern is none.
+        """
+        if not self.subject_for or self.subjects:
+            return self
+        subjects: list[Path] = []
+        for pattern in self.subject_for:
+            found = subject_patterns.found(pattern, path)
+            if not found:
+                place = subject_patterns.filled(pattern, path)
+                return replace(self, unfound=f"'{pattern}': there is no {place}")
+            subjects += found
+        return replace(self, subjects=tuple(subjects))
+
+    def expect_found(self) -> None:
+        """Expect that patterns found the subjects of the take.
+
+        Raises
+        ------
+        UsageError
+            If one found none.
+        """
+        if self.unfound:
+            raise UsageError(f"--subject-for {self.unfound}")
 
     def files(self) -> dict[str, Path]:
         """Files that a step reads of it, by role."""

@@ -42,8 +42,8 @@ def test_a_side_that_is_none_names_its_line():
         TakeOptions().with_cells({"side": "links"}, "list.csv, line 2")
 
 
-def test_a_list_of_failed_inputs_has_the_columns_it_always_had():
-    header = "input,output,subject,marker_set,side\n"
+def test_a_list_of_failed_inputs_has_the_columns_it_always_had_and_a_reason():
+    header = "input,output,subject,marker_set,side,reason\n"
     assert manifest.to_csv((), TakeOptions().columns) == header
 
 

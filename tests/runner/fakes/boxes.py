@@ -74,6 +74,8 @@ class Whose:
     who: tuple[Path, ...] = ()
     style: str = ""
     mood: str = ""
+    who_for: str = ""
+    unfound: str = ""
 
     columns = ("who", "style", "mood")
 
@@ -88,6 +90,17 @@ class Whose:
             mood=cells.get("mood") or self.mood,
         )
 
+    def for_input(self, path):
+        if not self.who_for or self.who:
+            return self
+        who = path.with_name(self.who_for)
+        found = {"who": (who,)} if who.is_file() else {"unfound": str(who)}
+        return replace(self, **found)
+
+    def expect_found(self):
+        if self.unfound:
+            raise UsageError(f"there is no {self.unfound}")
+
     def files(self):
         files = {f"who {n}": path for n, path in enumerate(self.who, start=1)}
         return files | ({"style": Path(self.style)} if "." in self.style else {})
@@ -98,6 +111,7 @@ class Whose:
 
 def tally(suffixes=(SUFFIX, ".csv"), **parts):
     """The command that does what its inputs say, see the module of that name."""
+    parts = {"reads": (".txt", SUFFIX), **parts}
     return Command(
         name="tally", step="tally", formats=Boxes(), suffixes=suffixes, **parts
     )
