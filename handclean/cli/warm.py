@@ -16,7 +16,7 @@ jobs = click.option(
     default=2,
     show_default=True,
     metavar="N",
-    help="Processes; more than two have nothing to do.",
+    help="Processes; more than three have little to do.",
 )
 
 
@@ -33,7 +33,9 @@ def command(batch: Batch) -> int:
         handclean warm
     """
     began = time.perf_counter()
-    figures = import_module("handclean.commands.shared.kernels").warm(batch.jobs or 2)
+    figures = import_module("handclean.commands.shared.kernels").warm(
+        batch.jobs or 2, lambda text: click.echo(text, err=True)
+    )
     figures["seconds"] = round(time.perf_counter() - began, 3)
     if batch.json:
         click.echo(json.dumps({"status": "done", **figures}))

@@ -1,7 +1,9 @@
 """Kernels compiled and cached, a part of them; a step for ``warm`` to do in a process.
 
-The source is no file: its name is those of the parts, in their order.
+The source is no file: its name is that of the part.
 """
+
+import numpy as np
 
 from handclean.commands.shared import kernels as warming
 from handclean.runner.batch import Source
@@ -14,9 +16,9 @@ FIGURES = {
 
 
 def warm(source: Source, settings: None) -> Outcome:
-    """Do some of what commands do, so that it is compiled."""
-    for part in source.name.split():
-        warming.PARTS[part]()
-    loaded, compiled = warming.counts()
+    """Do a part of what commands do, so that it is compiled."""
+    before = warming.counts()
+    warming.PARTS[source.name]()
+    loaded, compiled = np.subtract(warming.counts(), before).tolist()
     figures = {"compiled": compiled, "loaded": loaded}
     return Outcome(line=f"{compiled} compiled, {loaded} loaded", figures=figures)

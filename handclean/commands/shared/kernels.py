@@ -4,8 +4,8 @@ numba compiles a kernel for the types it is called with, so this goes the way th
 commands go, on a short simulated take. A kernel that no part reaches would compile when
 a command first needs it; a test forbids that.
 
-Labelling takes most of the time, and goes one way: find, follow, repair, review. Two
-processes come to it from both ends.
+Labelling takes most of the time, and goes one way: find, follow, repair, review. Its
+parts are set out by hand, so that processes can do them side by side.
 """
 
 import sys
@@ -210,23 +210,17 @@ def reviewing() -> None:
 
 
 PARTS: Mapping[str, Callable[[], None]] = {
-    "hand": hand,
-    "skin": skin,
     "following": following,
-    "calibration": calibration,
     "solving": solving,
-    "reviewing": reviewing,
+    "calibration": calibration,
+    "hand": hand,
     "layouts": layouts,
+    "reviewing": reviewing,
+    "skin": skin,
     "chain": chain,
 }
-"""What is warmed; the last part is whole commands, for what the others leave."""
-
-LANES = (
-    ("hand", "following", "calibration"),
-    ("solving", "reviewing", "skin", "layouts"),
-)
-"""Parts for two processes, about as long. What both need, such as the kernels of
-inverse kinematics, the first to come to it compiles and the other loads."""
+"""What is warmed, the longest first; the last part is whole commands, for what the
+others leave. Of what two processes need, one compiles it and the other waits for it."""
 
 
 def kernels() -> Iterator[Any]:
@@ -241,12 +235,15 @@ def kernels() -> Iterator[Any]:
                 yield thing
 
 
-def warm(jobs: int = 1) -> dict[str, Any]:
+def warm(
+    jobs: int = 1, tell: Callable[[str], None] = lambda text: None
+) -> dict[str, Any]:
     """Do every part; return how many kernels were compiled and how many loaded.
 
     Parameters
     ----------
-    jobs : processes to begin with; two at most have something to do.
+    jobs : processes to begin with.
+    tell : told of each part that is done, where kernels were compiled for it.
 
     Raises
     ------
@@ -255,7 +252,7 @@ def warm(jobs: int = 1) -> dict[str, Any]:
     """
     compiled = 0
     if jobs > 1:
-        compiled += _side_by_side(min(jobs, len(LANES)))
+        compiled += _side_by_side(jobs, tell)
         PARTS["chain"]()
     else:
         for part in PARTS.values():
@@ -277,14 +274,17 @@ def counts() -> tuple[int, int]:
     )
 
 
-def _side_by_side(jobs: int) -> int:
-    """Do the lanes, each in a process; return how many kernels they compiled."""
-    lanes = [Source(path=Path(" ".join(lane)), is_file=False) for lane in LANES]
-    tasks = [Task(sources=(lane,)) for lane in lanes]
-    compiled = 0
+def _side_by_side(jobs: int, tell: Callable[[str], None]) -> int:
+    """Do all parts but the last, in processes; return how many kernels compiled."""
+    parts = list(PARTS)[:-1]
+    tasks = [Task(sources=(Source(path=Path(p), is_file=False),)) for p in parts]
+    compiled, done = 0, 0
     with closing(in_workers(Work(command=WARM), tasks, jobs, lambda: True)) as ended:
-        for _, report in ended:
+        for index, report in ended:
             if report.status == "failed":
                 raise HandcleanError(report.error)
-            compiled += report.figures["compiled"]
+            done += 1
+            if report.figures["compiled"]:
+                compiled += report.figures["compiled"]
+                tell(f"{done} of {len(PARTS)}: {parts[index]}, {report.line}")
     return compiled

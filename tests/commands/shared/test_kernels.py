@@ -2,6 +2,7 @@
 
 import json
 import pkgutil
+import re
 import subprocess
 import sys
 from importlib import import_module
@@ -70,14 +71,25 @@ def test_warming_leaves_no_kernel_uncompiled():
     assert again["loaded"] > 10
 
 
-def test_two_processes_do_every_part_but_the_last():
-    parts = [part for lane in kernels.LANES for part in lane]
-    assert len(set(parts)) == len(parts)
-    assert set(parts) == set(kernels.PARTS) - {"chain"}
+def test_processes_do_every_part_but_the_last_and_tell_what_they_compiled(
+    tmp_path, monkeypatch
+):
+    done = []
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    parts = {"skin": kernels.skin, "chain": lambda: done.append("chain")}
+    monkeypatch.setattr(kernels, "PARTS", parts)
+    told = []
+    assert kernels.warm(2, told.append)["compiled"] > 0
+    assert done == ["chain"]
+    [text] = told
+    assert re.fullmatch(r"1 of 2: skin, [1-9]\d* compiled, \d+ loaded", text)
+    again = []
+    kernels.warm(2, again.append)
+    assert again == []
 
 
 def test_a_process_that_fails_is_one_error(monkeypatch):
-    monkeypatch.setattr(kernels, "LANES", (("none",), ("such",)))
+    monkeypatch.setattr(kernels, "PARTS", {"none": None, "such": None})
     with pytest.raises(HandcleanError, match="internal error, please report it"):
         kernels.warm(jobs=2)
 
