@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from handclean.errors import FileError, UsageError
+from handclean.errors import UsageError
 from handclean.hand.surface import Surface
 from handclean.io.finite import only_finite
 from handclean.io.formats import (
@@ -22,6 +22,7 @@ from handclean.io.formats import (
 from handclean.io.hdf5 import seal
 from handclean.io.keeps import lost
 from handclean.io.shared.reading import with_remarks
+from handclean.io.shared.unread import refuse_unread
 from handclean.io.takes import reading_of
 from handclean.recording import Recording
 from handclean.remarks import Remark, of_file
@@ -144,8 +145,7 @@ def inspect(
     path = Path(path)
     wanted = by_suffix(path)
     if wanted is None:
-        suffix, known = path.suffix.lower(), " ".join(BY_SUFFIX)
-        raise FileError(path, f"no format is called '{suffix}'", f"readable: {known}")
+        refuse_unread(path, " ".join(BY_SUFFIX))
     given = {
         "rate_hz": rate_hz,
         "unit": unit,

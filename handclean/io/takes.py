@@ -7,6 +7,7 @@ from typing import Any
 from handclean.errors import FileError
 from handclean.io.formats import HAND, MESH, TAKES_READ, by_suffix, chosen, function
 from handclean.io.shared.reading import Reading
+from handclean.io.shared.unread import refuse_unread
 
 _INSTEAD = {
     HAND: ("is not read as a take", "convert makes a subject of a skinned hand"),
@@ -27,13 +28,12 @@ def reading_of(path: Path, given: Mapping[str, Any]) -> Reading:
     """
     wanted = by_suffix(path)
     known = " ".join(TAKES_READ)
-    suffix = path.suffix.lower()
     if wanted is None:
-        raise FileError(path, f"no format is called '{suffix}'", f"readable: {known}")
+        refuse_unread(path, known)
     if wanted.holds in _INSTEAD:
         raise FileError(path, *_INSTEAD[wanted.holds])
     if not wanted.read:
-        wrong = f"{suffix} files are written for other programs, not read"
+        wrong = f"{path.suffix.lower()} files are written for other programs, not read"
         raise FileError(path, wrong, f"readable: {known}")
     found: Reading = function(wanted.read)(path, **chosen(wanted, given))
     return found

@@ -13,9 +13,10 @@ from handclean.hand.model import neutral_pose
 from handclean.hand.template import template
 from handclean.io import files
 from handclean.io.contents import gaps_of
-from handclean.io.formats import TAKES_READ
+from handclean.io.formats import BY_SUFFIX, TAKES_READ
 from handclean.io.hdf5.file import write_h5
 from handclean.io.hdf5.parts import Array, Part
+from handclean.io.shared.unread import UNREAD
 from handclean.recording import (
     Origin,
     Points,
@@ -106,6 +107,55 @@ def test_formats_that_do_not_exist_are_named(rng, tmp_path):
         files.read(tmp_path / "a.mot")
     with pytest.raises(FileError, match="no format is called ''"):
         files.read(tmp_path / "a")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "says"),
+    [
+        (".mat", "is a MATLAB file, and not read; export C3D or TSV instead"),
+        (".FBX", "is an FBX scene, and not read; export its skeleton as BVH"),
+        (".tak", "is a take of OptiTrack Motive, and not read; export it from Motive"),
+        (".qtm", "is a Qualisys measurement, and not read; export its 3D data"),
+        (".xlsx", "is a spreadsheet, and not read; save the sheet as CSV"),
+        (".gltf", "is a glTF in several files, and not read; save it as one .glb"),
+        (".zip", "is packed, and not read; unpack it"),
+        (".xyz", r"no format is called '\.xyz'; readable: \.c3d"),
+    ],
+)
+def test_files_that_are_not_read_are_named_for_what_they_are(suffix, says, tmp_path):
+    path = tmp_path / f"take{suffix}"
+    path.write_bytes(b"anything")
+    for look in (files.read, files.inspect):
+        with pytest.raises(FileError, match=says) as caught:
+            look(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_no_suffix_is_both_read_and_named_as_not_read():
+    assert not set(UNREAD) & set(BY_SUFFIX)
+    assert all(suffix.startswith(".") for suffix in UNREAD)
+
+
+@pytest.mark.parametrize(
+    ("begins", "says"),
+    [
+        (b"MATLAB 5.0 MAT-file", "not text but a MATLAB file; export C3D or TSV"),
+        (b"Kaydara FBX Binary  ", "not text but an FBX scene; export its skeleton"),
+        (b"PK\x03\x04", "not text but a spreadsheet; save the sheet as CSV"),
+        (b"\x89HDF\r\n\x1a\n", "an HDF5 file under another name; name it .h5"),
+        (b"glTF\x02", "not text but a .glb; give it its own suffix"),
+        (b"\x02P" + bytes(510), "not text but a C3D; give it the suffix .c3d"),
+        (b"\x01\x02\x03", "is not text: it holds zero bytes"),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".csv", ".tsv", ".trc", ".bvh"])
+def test_binary_files_under_the_suffix_of_a_text_are_named(
+    suffix, begins, says, tmp_path
+):
+    path = tmp_path / f"take{suffix}"
+    path.write_bytes(begins + bytes(512))
+    with pytest.raises(FileError, match=says):
+        files.read(path)
 
 
 @pytest.mark.parametrize("suffix", TAKES_READ)

@@ -16,6 +16,7 @@ import numpy as np
 
 from handclean.arrays import Bools, Bytes, Floats
 from handclean.errors import FileError
+from handclean.io.shared.unread import refuse_binary
 from handclean.recording import Origin, Points, Recording, Trajectories
 from handclean.remarks import Remark, remark
 
@@ -121,7 +122,7 @@ def load_text(path: Path) -> bytes:
             raise FileError(path, "is not text (broken UTF-16)") from None
     content = content.removeprefix(b"\xef\xbb\xbf")
     if b"\0" in content:
-        raise FileError(path, "is not text: it holds zero bytes")
+        refuse_binary(path, content)
     content = content.rstrip(b"\x1a")  # the end of a file, for DOS
     if b"\r" not in content:  # which is found out in no time
         return content
