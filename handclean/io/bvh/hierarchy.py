@@ -3,7 +3,7 @@
 import numpy as np
 
 from handclean.errors import FileError
-from handclean.io.shared.grid import Lines
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.reading import check_unique, text
 
 PLACES = {"Xposition": 0, "Yposition": 1, "Zposition": 2}

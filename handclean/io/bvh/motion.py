@@ -15,7 +15,8 @@ import numpy as np
 from handclean.arrays import Floats, Ints
 from handclean.errors import FileError
 from handclean.io.bvh.hierarchy import MOST_NUMBER, PLACES, TURNS, Hierarchy
-from handclean.io.shared.grid import Form, Lines, read_numbers
+from handclean.io.shared.grid import Form, read_numbers
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.reading import load_text, text
 from handclean.io.shared.rotations import (
     matrix_from_euler,

@@ -21,7 +21,7 @@ import numpy as np
 from handclean.arrays import Bools, Bytes, Floats, Ints, Words
 from handclean.io.shared.missing import number_in
 
-_LEAD = b"\n" * 16
+_LEAD = b"\n" * 24
 """Before the first cell, so that words of eight letters may begin before it."""
 
 _NEWLINE, _POINT, _MINUS, _PLUS, _E = b"\n.-+e"
@@ -43,9 +43,6 @@ _EXACT: Floats = np.array([float(10**k) for k in range(23)])
 _MOST_DIGITS = 19
 """Any number of so many digits is less than 2^64."""
 
-_LONGEST_PART = 16
-"""Digits before or after the point that are read together."""
-
 _EXACT_BELOW = np.uint64(2**53)
 _SPLIT = 2.0**27 + 1.0
 """Veltkamp's factor, which halves a float's 53 bits."""
@@ -54,6 +51,11 @@ _MARGIN = 1.0 - 2.0**-30
 """Share of half a step from which a rounding is not trusted (c is good to 2^-51)."""
 
 _FRACTION = np.int64(2**52 - 1)
+"""Bits of a float that are its fraction."""
+
+_STEP = np.int64(52 << 52)
+"""What the exponent of a float is above that of the step to the next one."""
+
 _MOST_KNOWN = 1000
 """Words that are remembered (chosen)."""
 
@@ -165,15 +167,13 @@ def _cells(letters: Bytes, words: Words, columns: int, delimiter: int) -> _Cells
         has_e = (between > 0) & is_e[last - 1]
         last, between = last - has_e, between - has_e
         stop = marks[last]
-        power, more, odd = _powers(letters, words, stop, end, has_e)
+        power, more, odd = _powers(letters, stop, end, has_e)
         signs += more
     has_point = between == 1
     point = marks[last - has_point]
     whole, fraction = point - begin, stop - point - has_point
     digits = whole + fraction
     odd |= (digits - 1).view(np.uint64) >= _MOST_DIGITS  # 0, too
-    if digits.max() > _LONGEST_PART:
-        odd |= np.maximum(whole, fraction) > _LONGEST_PART
     if between.max() > 1 or np.count_nonzero(kinds == _POINT) != between.sum():
         odd |= (between > 1) | (has_point & (letters[point] != _POINT))
     if signs != np.count_nonzero(sign):
@@ -184,7 +184,7 @@ def _cells(letters: Bytes, words: Words, columns: int, delimiter: int) -> _Cells
 
 
 def _powers(
-    letters: Bytes, words: Words, stop: Ints, end: Ints, has_e: Bools
+    letters: Bytes, stop: Ints, end: Ints, has_e: Bools
 ) -> tuple[Ints, int, Bools]:
     """(n,) powers of ten behind an e, how many have a sign, and which are none."""
     first = letters[np.minimum(stop + 1, end)]
@@ -193,7 +193,11 @@ def _powers(
     count = np.where(has_e, end - stop - 1 - signed, 0)
     odd = has_e & ((count < 1) | (count > 3))
     count[odd] = 0
-    size = _eight_digits(words, end, count).view(np.int64)
+    size = np.zeros(len(end), dtype=np.int64)
+    for place in range(int(count.max())):
+        digit = letters[end - 1 - place] - _ZERO
+        digit[count <= place] = 0
+        size += 10**place * digit.astype(np.int64)
     power: Ints = np.where(minus, -size, size)
     return power, int(np.count_nonzero(signed)), odd
 
@@ -227,13 +231,17 @@ def _eight_digits(words: Words, end: Ints, count: Ints) -> Words:
 
 
 def _digits(words: Words, end: Ints, count: Ints) -> Words:
-    """(n,) whole numbers of ``count`` digits, 16 at most, that end before ``end``."""
-    if count.max() <= 8:
+    """(n,) whole numbers of ``count`` digits, 19 at most, that end before ``end``."""
+    most = int(count.max())
+    if most <= 8:
         return _eight_digits(words, end, count)
-    low = _eight_digits(words, end, np.minimum(count, 8))
-    high = _eight_digits(words, end - 8, np.maximum(count - 8, 0))
-    low += high * _WHOLE[8]
-    return low
+    out = _eight_digits(words, end, np.minimum(count, 8))
+    for more in range(8, most, 8):
+        part = _eight_digits(
+            words, end - more, np.minimum(np.maximum(count - more, 0), 8)
+        )
+        out += part * _WHOLE[more]
+    return out
 
 
 def _values(words: Words, cells: _Cells) -> tuple[Floats, Bools]:
@@ -273,8 +281,10 @@ def _rounded(number: Words, ten: Floats, up: Bools) -> tuple[Floats, Bools]:
         rest = np.where(up, error + low * ten, rest)
     out = first + rest
     left = np.abs(rest - (out - first))
-    close = left >= _MARGIN * 0.5 * np.spacing(out)
-    close |= (out.view(np.int64) & _FRACTION) == 0  # below a power of 2 steps are half
+    bits = out.view(np.int64)
+    step = ((bits & ~_FRACTION) - _STEP).view(np.float64)
+    close = left >= 0.5 * _MARGIN * step
+    close |= (bits & _FRACTION) == 0  # below a power of 2 steps are half
     return out, close & (number != 0)
 
 

@@ -10,19 +10,16 @@ import math
 from array import array
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from handclean.arrays import Floats, Ints
 from handclean.errors import FileError, Place
 from handclean.io.shared import decimals
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.missing import number_in
 from handclean.io.shared.reading import text
 from handclean.remarks import Remark, remark
-
-MOST_COLUMNS = 100_000
-"""Columns of a table, at most (chosen)."""
 
 _CELLS = 24_000
 """Cells that are read at once (chosen: half as many take 1.1 times as long)."""
@@ -36,85 +33,6 @@ After that the C library of Linux keeps what smaller arrays give back; else it h
 array's pages from the system anew, which takes as long as all the rest (measured)."""
 
 _BLANK = b" \t\v\f"
-
-
-class Lines:
-    """The lines of a text, one after another, with their numbers (from 1)."""
-
-    def __init__(self, path: Path, content: bytes) -> None:
-        self.path = path
-        self.number = 0
-        self.ended = True
-        """Whether the line read last had an end; a file that was cut may lack it."""
-        self.content = content
-        self._at = 0
-        self._stop = len(content)
-
-    @property
-    def where(self) -> Place:
-        """The file and the line read last, for messages."""
-        return Place(self.path, f" line {self.number}")
-
-    def narrow(self, start: int, stop: int) -> None:
-        """Go on at the line that begins at byte ``start``, up to byte ``stop``."""
-        self.number = self.content.count(b"\n", 0, start)
-        self._at, self._stop = start, stop
-
-    def next(self) -> bytes | None:
-        """Return the next line without its end, None after the last."""
-        if self._at >= self._stop:
-            return None
-        stop = self._line_end(self._at)
-        line = self.content[self._at : stop]
-        self.ended = stop < self._stop
-        self._at = stop + 1
-        self.number += 1
-        return line
-
-    def peek(self, after: int = 0) -> bytes | None:
-        """Return the next line, or one ``after`` it, and leave all to be read."""
-        at = self._at
-        for _ in range(after):
-            at = self._line_end(at) + 1
-        return None if at >= self._stop else self.content[at : self._line_end(at)]
-
-    def _line_end(self, at: int) -> int:
-        stop = self.content.find(b"\n", at, self._stop)
-        return self._stop if stop < 0 else stop
-
-    def block(self, size: int) -> bytes:
-        """Return whole lines with their ends, of ``size`` bytes or one longer line.
-
-        Nothing but the last line may lack its end; that is no whole line.
-        """
-        if self._stop - self._at > size:
-            stop = self.content.rfind(b"\n", self._at, self._at + size) + 1
-            stop = stop or self.content.find(b"\n", self._at + size, self._stop) + 1
-        else:
-            stop = self.content.rfind(b"\n", self._at, self._stop) + 1
-        return self.content[self._at : stop]
-
-    def skip(self, block: bytes, count: int) -> None:
-        """Read past a block of so many whole lines."""
-        self._at += len(block)
-        self.number += count
-        self.ended = True
-
-    def cells(self, delimiter: bytes | None) -> list[bytes]:
-        """Return the next line's cells, stripped.
-
-        Raises
-        ------
-        FileError
-            If there is no further line, or it has more columns than any recording.
-        """
-        line = self.next()
-        if line is None:
-            raise FileError(self.path, f"ends after line {self.number}")
-        cells = line.split(delimiter, MOST_COLUMNS)
-        if len(cells) > MOST_COLUMNS:
-            raise FileError(self.where, f"has more than {MOST_COLUMNS} columns")
-        return [cell.strip() for cell in cells]
 
 
 @dataclass
@@ -185,7 +103,7 @@ def read_numbers(
     """
     rows = _Rows(form=form)
     size = min(_CELLS * len(lines.peek() or b" ") // form.columns, _LARGEST)
-    if len(lines.content) > 4 * _LARGEST:
+    if len(lines.block(4 * _LARGEST)) > 2 * _LARGEST:
         np.zeros(_KEPT)
     while (block := lines.block(size)) or lines.peek() is not None:
         if block and rows.add_block(lines, block):

@@ -23,6 +23,9 @@ from handclean.remarks import Remark, remark
 _BLANK_HEAD_BYTES = 2**12
 """[bytes] that are looked at first, to tell whether a file is blank (chosen)."""
 
+_PIECE_BYTES = 1 << 20
+"""[bytes] of a text that are in memory at a time (chosen)."""
+
 UNLABELLED = (r"^\*\d+$", r"^[CU]_\d+$", r"(?i)^unlabel", r"^$")
 """Regular expressions (searched) of names that stand for no marker in particular."""
 
@@ -121,12 +124,42 @@ def load_text(path: Path) -> bytes:
         except UnicodeError:
             raise FileError(path, "is not text (broken UTF-16)") from None
     content = content.removeprefix(b"\xef\xbb\xbf")
-    if b"\0" in content:
-        refuse_binary(path, content)
-    content = content.rstrip(b"\x1a")  # the end of a file, for DOS
-    if b"\r" not in content:  # which is found out in no time
-        return content
-    return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return _clean(path, content.rstrip(b"\x1a"))  # the end of a file, for DOS
+
+
+def open_text(path: Path) -> Iterator[bytes]:
+    """Give what `load_text` returns in pieces of whole lines, as they are asked for.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read or is not text.
+    """
+    with reading_errors(path), open(path, "rb") as file:
+        piece = file.read(_PIECE_BYTES)
+        blank = not piece.strip(b"\0 \t\r\n")
+        if len(piece) < _PIECE_BYTES or blank or _wide(piece[:64]):
+            yield load_text(path)
+            return
+        piece, begun = piece.removeprefix(b"\xef\xbb\xbf"), list[bytes]()
+        while piece:
+            stop = piece.rfind(b"\n") + 1
+            if stop:
+                yield _clean(path, b"".join([*begun, piece[:stop]]))
+                begun.clear()
+            begun.append(piece[stop:])
+            piece = file.read(_PIECE_BYTES)
+        if rest := b"".join(begun).rstrip(b"\x1a"):
+            yield _clean(path, rest)
+
+
+def _clean(path: Path, piece: bytes) -> bytes:
+    r"""Return a piece of a text with ``\n`` line ends."""
+    if b"\0" in piece:
+        refuse_binary(path, piece)
+    if b"\r" not in piece:  # which is found out in no time
+        return piece
+    return piece.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
 def _wide(head: bytes) -> str:

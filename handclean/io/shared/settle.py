@@ -3,6 +3,8 @@
 import math
 from pathlib import Path
 
+import numpy as np
+
 from handclean.arrays import Floats
 from handclean.errors import FileError, UnsaidError, UsageError
 from handclean.remarks import Remark, remark
@@ -158,7 +160,14 @@ def overruled(option: str, stated: str) -> Remark:
     return remark("unit", text, taken=option, overruled=stated[:40])
 
 
-def in_metres(values: Floats, unit: str) -> Floats:
-    """Convert lengths; dividing by a whole number keeps decimal digits exact."""
+def in_metres(values: Floats, unit: str, out: Floats | None = None) -> Floats:
+    """Convert lengths; dividing by a whole number keeps decimal digits exact.
+
+    Parameters
+    ----------
+    out : where to, which may be the values themselves; default: a new array.
+    """
     scale = METRES[unit.lower()]
-    return values / round(1 / scale) if scale < 1 else values * scale
+    if scale < 1:
+        return np.divide(values, round(1 / scale), out=out)
+    return np.multiply(values, scale, out=out)

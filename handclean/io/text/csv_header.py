@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from handclean.errors import FileError
 from handclean.io.shared.clock import SECONDS, time_column
-from handclean.io.shared.grid import Lines
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.missing import is_missing
 from handclean.io.shared.reading import check_unique, text
 from handclean.io.shared.settle import METRES

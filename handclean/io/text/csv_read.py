@@ -26,6 +26,7 @@ columns of velocities and the like are left out (`handclean.io.text.csv_columns`
 """
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,9 +35,10 @@ import numpy as np
 from handclean.arrays import Bytes, Floats
 from handclean.errors import FileError
 from handclean.io.shared.clock import expect_possible, in_seconds, rate_of, start_of
-from handclean.io.shared.grid import Form, Lines, read_numbers
+from handclean.io.shared.grid import Form, read_numbers
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.missing import blank_out
-from handclean.io.shared.reading import Reading, finite, load_text, place_rows, sort_out
+from handclean.io.shared.reading import Reading, finite, open_text, place_rows, sort_out
 from handclean.io.shared.settle import (
     METRES,
     ask_for,
@@ -98,7 +100,7 @@ def read_table(
     ----------
     bare : it may be numbers of places alone, without frames, times and names.
     """
-    lines = Lines(path, load_text(path))
+    lines = Lines(path, partial(open_text, path))
     table = (
         describe_vendors(path, lines)
         or describe_nameless(lines, bare=bare)
@@ -182,6 +184,10 @@ def _differs(table: Described, rows: int) -> list[Remark]:
     return found
 
 
+_MOVED_NUMBERS = 1 << 15
+"""Numbers of a table that are moved at once (chosen)."""
+
+
 class _Timing(NamedTuple):
     """(N,) frame numbers, the rate [Hz] if the file says it, the first row's [s]."""
 
@@ -228,16 +234,30 @@ def _placed(
     if not layout.markers:
         return None, None
     columns = [c for cs in layout.markers.values() for c in cs]
-    first, count = columns[0], len(columns)
-    if columns == list(range(first, first + count)):  # no copy then
-        places = values[:, first : first + count]
-    else:
+    origin = _origins(path, values, layout)
+    if table.is_own or columns != list(range(columns[0], columns[-1] + 1)):
         places = values[:, columns]
+    else:
+        places = _moved_together(values, columns[0], len(columns))
     places = places.reshape(len(values), -1, 3)
     if not table.is_own:
         blank_out(places, METRES[unit.lower()], remarks)
-    origin = _origins(path, values, layout)
-    return sort_out(in_metres(places, unit), list(layout.markers), origin)
+    in_metres(places, unit, out=places)
+    return sort_out(places, list(layout.markers), origin)
+
+
+def _moved_together(values: Floats, first: int, count: int) -> Floats:
+    """(N, count) columns of a table in the table's own memory, which holds them then.
+
+    So there are never two tables at once. Rows only move forward, over those that have
+    moved already.
+    """
+    out = values.reshape(-1)[: len(values) * count].reshape(-1, count)
+    step = max(1, _MOVED_NUMBERS // count)
+    for row in range(0, len(values), step):
+        rows = slice(row, row + step)
+        out[rows] = values[rows, first : first + count].copy()
+    return out
 
 
 def _ends(layout: Layout, columns: int) -> frozenset[int]:

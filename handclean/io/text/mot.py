@@ -22,7 +22,8 @@ import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError
-from handclean.io.shared.grid import Form, Lines, read_numbers
+from handclean.io.shared.grid import Form, read_numbers
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.reading import check_unique, finite, load_text, reported, text
 from handclean.io.shared.rotations import euler_from_matrix, matrix_from_quaternion
 from handclean.io.shared.writing import motions_of, rows, write_lines

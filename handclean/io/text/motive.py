@@ -20,7 +20,7 @@ from pathlib import Path
 
 from handclean.errors import FileError
 from handclean.io.shared.clock import SECONDS_SAID, Column, time_column
-from handclean.io.shared.grid import Lines
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.settle import positive
 from handclean.io.text.csv_columns import Layout, note_axis, short, whole
 from handclean.io.text.csv_header import (

@@ -8,7 +8,7 @@ import math
 from itertools import pairwise
 
 from handclean.io.shared.clock import FASTEST_HZ, SLOWEST_HZ, Column
-from handclean.io.shared.grid import Lines
+from handclean.io.shared.lines import Lines
 from handclean.io.text.csv_columns import Layout
 from handclean.io.text.csv_header import delimiter_of, head_rows, is_number
 from handclean.io.text.described import Described

@@ -8,6 +8,7 @@ lines it is a table like a CSV, and options say what it does not.
 """
 
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,14 @@ import numpy as np
 from handclean.arrays import Bytes, Floats
 from handclean.errors import FileError
 from handclean.io.shared.clock import start_of
-from handclean.io.shared.grid import Form, Lines, read_numbers
+from handclean.io.shared.grid import Form, read_numbers
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.missing import blank_out
 from handclean.io.shared.reading import (
     Reading,
     check_labels,
     finite,
-    load_text,
+    open_text,
     place_rows,
     sort_out,
     text,
@@ -95,7 +97,7 @@ def read_tsv(
     UsageError
         If an option contradicts it.
     """
-    lines = Lines(path, load_text(path))
+    lines = Lines(path, partial(open_text, path))
     if _has_no_keys(lines):
         _refuse_others(path, {}, lines.peek() or b"")
         return read_table(path, rate_hz=rate_hz, unit=unit, lenient=lenient, bare=True)

@@ -10,6 +10,7 @@ beyond them: as many points a row as there are, without a name.
 """
 
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,13 @@ import numpy as np
 from handclean.arrays import Ints32
 from handclean.errors import FileError
 from handclean.io.shared.clock import start_of
-from handclean.io.shared.grid import Beyond, Form, Lines, read_numbers
+from handclean.io.shared.grid import Beyond, Form, read_numbers
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.missing import blank_out
 from handclean.io.shared.reading import (
     Reading,
     check_labels,
-    load_text,
+    open_text,
     place_rows,
     sort_out,
     text,
@@ -65,7 +67,7 @@ def read_trc(
     UsageError
         If an option contradicts it.
     """
-    lines = Lines(path, load_text(path))
+    lines = Lines(path, partial(open_text, path))
     remarks: list[Remark] = []
     stated = _header(path, lines)
     rate = settle_rate(path, positive(path, "DataRate", stated["DataRate"]), rate_hz)

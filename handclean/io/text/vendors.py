@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from handclean.errors import FileError
-from handclean.io.shared.grid import Lines
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.reading import text
 from handclean.io.text.described import Described
 from handclean.io.text.motive import describe_motive, is_motive

@@ -16,11 +16,10 @@ Velocities and accelerations may stand beside the places (X', X''); they are lef
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 from handclean.errors import FileError
 from handclean.io.shared.clock import Column
-from handclean.io.shared.grid import Lines
+from handclean.io.shared.lines import Lines
 from handclean.io.shared.reading import text
 from handclean.io.shared.settle import named_unit, positive
 from handclean.io.text.csv_columns import Layout, note_axis, one_unit, short, whole
@@ -49,13 +48,6 @@ _SHOWN_SECTIONS = 12
 """Titles that a message names (chosen)."""
 
 
-class Section(NamedTuple):
-    """A title and the byte at which its line begins."""
-
-    start: int
-    title: str
-
-
 def is_nexus(lines: Lines) -> bool:
     """Whether the next line is a section's title, and a number alone comes below."""
     title = text((lines.peek() or b"")[:100].strip(_MARKS))
@@ -71,7 +63,7 @@ def describe_nexus(path: Path, lines: Lines) -> Described:
     FileError
         If there are none, or two sections of them, or their head is not as above.
     """
-    found = _sections(lines.content)
+    found = lines.titles(_TITLES, _MARKS)
     others = [one.title for one in found if one.title != _READ]
     mine = [one for one in found if one.title == _READ]
     if not mine:
@@ -80,30 +72,14 @@ def describe_nexus(path: Path, lines: Lines) -> Described:
     if len(mine) > 1:
         wrong = f"has {len(mine)} sections of trajectories"
         raise FileError(path, wrong, "one trial belongs in one file")
-    ends = [one.start for one in found if one.start > mine[0].start]
-    lines.narrow(mine[0].start, min(ends, default=len(lines.content)))
+    after = [one.number - 1 for one in found if one.number > mine[0].number]
+    lines.narrow(mine[0].number, min(after, default=None))
     remarks: list[Remark] = []
     if others:
         shown = listed(others, _SHOWN_SECTIONS)
         said = f"sections of {PROGRAM} that are left out: {shown}"
         remarks.append(remark("left-out", said, sections=others))
     return _trajectories(path, lines, others, remarks)
-
-
-def _sections(content: bytes) -> list[Section]:
-    """Return the sections in their order: lines that hold a title alone."""
-    found = []
-    for title in _TITLES:
-        wanted = title.encode()
-        at = content.find(wanted)
-        while at >= 0:
-            start = content.rfind(b"\n", 0, at) + 1
-            stop = content.find(b"\n", at)
-            line = content[start : len(content) if stop < 0 else stop]
-            if len(line) < 10_000 and line.strip(_MARKS) == wanted:
-                found.append(Section(start, title))
-            at = content.find(wanted, at + 1)
-    return sorted(found)
 
 
 def _trajectories(

@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handclean.errors import FileError
-from handclean.io.shared import decimals
-from handclean.io.shared.grid import Form, Lines, read_numbers
+from handclean.io.shared import decimals, reading
+from handclean.io.shared.grid import Form, read_numbers
+from handclean.io.shared.lines import Lines
+from handclean.io.text.csv_read import read_csv
 
 digits = st.text("0123456789", min_size=1, max_size=21)
 signs = st.sampled_from(["", "-", "+"])
@@ -218,3 +220,77 @@ def test_rows_that_are_cut_or_blank_among_many_are_read_as_alone(at, tmp_path):
     want[at, 2:] = np.nan
     np.testing.assert_array_equal(found, want)
     assert [one.data["rows"] for one in remarks] == [1]
+
+
+# --- lines out of pieces ------------------------------------------------------------
+
+
+def pieces(text, size):
+    """The text in pieces of whole lines, about ``size`` bytes each."""
+    out, piece = [], b""
+    for line in text.splitlines(keepends=True):
+        piece += line
+        if len(piece) >= size:
+            out.append(piece)
+            piece = b""
+    return [*out, *([piece] if piece else [])]
+
+
+@pytest.mark.parametrize("end", [b"", b"\n"])
+@pytest.mark.parametrize("size", [1, 5, 30, 1000])
+def test_lines_of_pieces_are_those_of_the_whole(size, end, tmp_path):
+    text = b"\n".join(b"x" * (k % 7) for k in range(40)) + b"last" + end
+    whole = Lines(tmp_path, text)
+    cut = Lines(tmp_path, lambda: iter(pieces(text, size)))
+    while True:
+        for after in (0, 1, 3, 50):
+            assert cut.peek(after) == whole.peek(after)
+        line = whole.next()
+        assert cut.next() == line
+        assert (cut.number, cut.ended) == (whole.number, whole.ended)
+        if line is None:
+            break
+
+
+@pytest.mark.parametrize("size", [1, 5, 30, 1000])
+@pytest.mark.parametrize("last", [12, 20, None])
+def test_lines_can_be_narrowed_to_some_of_them(size, last, tmp_path):
+    text = b"\n".join(str(k).encode() for k in range(1, 31)) + b"\n"
+    lines = Lines(tmp_path, lambda: iter(pieces(text, size)))
+    lines.peek(20)
+    lines.narrow(8, last)
+    found = []
+    while block := lines.block(9):
+        lines.skip(block, block.count(b"\n"))
+        found += block.split()
+        assert lines.number == int(found[-1])
+    assert [int(word) for word in found] == list(range(8, (last or 30) + 1))
+    assert lines.next() is None
+    assert lines.peek() is None
+
+
+def test_titles_are_lines_of_their_own(tmp_path):
+    text = b'One\nnone One\n"Two";;\nx\nOne,\nOne two\nTwo'
+    for size in (1, 1000):
+        lines = Lines(tmp_path, lambda size=size: iter(pieces(text, size)))
+        found = lines.titles(("One", "Two"), b'",; ')
+        assert found == [(1, "One"), (3, "Two"), (5, "One"), (7, "Two")]
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_a_text_in_pieces_is_the_text(end, mark, tmp_path, monkeypatch):
+    monkeypatch.setattr(reading, "_PIECE_BYTES", 64)
+    rows = [b"%d,%s" % (k, b"1" * (k * 37 % 150)) for k in range(60)]
+    (tmp_path / "a.csv").write_bytes(mark + end.join(rows) + b"\x1a")
+    found = list(reading.open_text(tmp_path / "a.csv"))
+    assert b"".join(found) == b"\n".join(rows) == reading.load_text(tmp_path / "a.csv")
+    assert (len(found) > 20) == (end != b"\r")
+    assert all(piece.endswith(b"\n") for piece in found[:-1])
+
+
+def test_a_zero_byte_far_into_a_text_is_found(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"A_X,A_Y,A_Z\n" + b"1,2,3\n" * 400_000 + b"1,2,\0\n")
+    with pytest.raises(FileError, match="is not text: it holds zero bytes"):
+        read_csv(path, rate_hz=1.0, unit="mm")
