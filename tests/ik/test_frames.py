@@ -267,3 +267,29 @@ def test_frames_with_two_markers_keep_the_pose_and_leave_all_open(hand, rng):
     assert np.isnan(fit.residual[8:11]).all()
     assert (fit.steps[8:11] == 0).all()
     assert frames.MIN_MARKERS == 3
+
+
+def restarts_of(hand, targets, monkeypatch):
+    """Frames of a take in which a restart is tried, and never leads anywhere."""
+    tried = []
+    monkeypatch.setattr(frames, "restart", lambda t, *_: bool(tried.append(t)))
+    fit = empty_fit(len(targets), len(hand.mean))
+    markers = TakeMarkers(targets, np.ones(len(hand.labels)))
+    plain = getattr(solve_frames, "py_func", solve_frames)
+    plain(markers, hand.problem, hand.starts, SETTINGS.restart_m, hand.work, fit)
+    return tried
+
+
+def test_a_take_is_restarted_where_it_fits_worse_than_it_did_and_only_there(
+    hand, rng, monkeypatch
+):
+    targets = marker_positions(hand.model, hand.poses(rng, 80))
+    targets += rng.normal(scale=3e-4, size=targets.shape)
+    assert restarts_of(hand, targets, monkeypatch) == []
+    worse = targets.copy()
+    growing = np.minimum(np.arange(80) / 20.0, 1.0)[:, None, None]
+    worse += growing * rng.normal(scale=4e-3, size=targets.shape)
+    tried = restarts_of(hand, worse, monkeypatch)
+    assert tried
+    waits = frames.RESTART_WAIT_FRAMES, frames.POOR_RESTART_WAIT_FRAMES
+    assert (np.diff(tried) >= min(waits)).all()

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.model import marker_positions
 from handclean.hand.subject import template_subject
+from handclean.ik import likeliest
 from handclean.ik import solve as solving
 from handclean.ik.decide import precision_of
 from handclean.ik.likeliest import (
@@ -210,6 +211,20 @@ def test_without_a_prior_nothing_changes(monkeypatch, rng):
     markers = marker_positions(model, likely_poses(model, read_prior(), 50, rng))
     before = without(monkeypatch, model, markers)
     np.testing.assert_array_equal(solve_markers(model, markers).poses, before.poses)
+
+
+def test_frames_of_two_markers_keep_the_likelier_pose_before_them(monkeypatch, rng):
+    model, prior = model_of("hoyet6"), read_prior()
+    markers = marker_positions(model, likely_poses(model, prior, 60, rng))
+    markers[30:35, 2:] = np.nan
+    before = without(monkeypatch, model, markers, prior=prior)
+    plain = getattr(likeliest.find_map_poses, "py_func", likeliest.find_map_poses)
+    monkeypatch.setattr(solving, "find_map_poses", plain)
+    monkeypatch.setattr(likeliest, "smooth_neighbours", lambda *_: None)
+    after = solve_markers(model, markers, prior=prior)
+    assert np.isnan(after.residual[30:35]).all()
+    assert (after.poses[29] != before.poses[29]).any()
+    np.testing.assert_array_equal(after.poses[30:35], np.tile(after.poses[29], (5, 1)))
 
 
 def test_elbows_up_and_down_are_told_apart_by_the_prior(monkeypatch, rng):

@@ -84,6 +84,16 @@ def test_what_makes_a_label_doubtful_lowers_its_confidence():
     assert exchange == pytest.approx(1.0 / (1.0 + np.exp(-1.0)), abs=1e-3)
 
 
+def test_only_what_another_point_costs_more_makes_a_label_doubtful():
+    """All costs may have the same number added: a density has no zero."""
+    sure = np.zeros(1, np.float32)
+    for more in (0.0, 5.0):
+        pairs = PairCosts(np.array([[1.0, 4.0]]) + more, np.array([3.0 + more]))
+        rate_labels(pairs, np.array([0]), sure)
+        right = 1.0 / (1.0 + np.exp(-0.5 * 2.0) + np.exp(-0.5 * 3.0))
+        assert sure[0] == pytest.approx(right)
+
+
 def test_a_newcomer_is_as_sure_as_no_other_point_is_near():
     pairs = PairCosts(np.array([[1.0, 3.0, np.inf]]), np.array([5.0]))
     expected = 1.0 / (1.0 + np.exp(-1.0) + np.exp(-2.0))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from handclean.labels.track import prediction
 from handclean.labels.track.fit import place_markers
 from handclean.labels.track.prediction import (
     MAX_DRIFT_PER_REACH,
@@ -113,6 +114,20 @@ def test_the_variance_of_a_prediction_grows_quickly_and_shrinks_slowly(hand):
     assert ratio[3] == pytest.approx(1.0 + 0.2 * 8.0)
     assert ratio[5] == 1.0
     np.testing.assert_allclose(np.delete(ratio, [3, 5]), 0.97)
+
+
+def test_one_wild_point_counts_as_a_multiple_of_the_usual_error_at_most(hand):
+    expected = hand.points(hand.pose())[0]
+    state, stats = hand.state(hand.pose()), hand.stats()
+    state.weight[:] = 1.0
+    first = stats.error_variance.copy()
+    state.observed[:] = expected
+    state.observed[3] += 1.0  # [m]
+    least = hand.setup.rules.min_error_m
+    learn_prediction_error(expected, state, stats, least)
+    most = prediction.MAX_ERROR_RATIO * first[3] + least**2
+    grown = first[3] + prediction.GROWING_ERROR_SHARE * (most - first[3])
+    assert stats.error_variance[3] == pytest.approx(grown)
 
 
 def test_a_steady_motion_is_predicted_and_a_trembling_one_is_not(hand, rng):
