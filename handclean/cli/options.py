@@ -152,6 +152,13 @@ jobs = click.option(
     metavar="N",
     help="Inputs at a time.  [default: SLURM_CPUS_PER_TASK, else 1]",
 )
+scheduler = click.option(
+    "--scheduler",
+    default="",
+    metavar="ADDRESS",
+    help="Let workers of a Dask cluster do it: tcp://host:8786, or the file that its "
+    "scheduler wrote.",
+)
 shard = click.option(
     "--shard",
     default="",
@@ -202,7 +209,7 @@ ONE_OUTPUT = (output, overwrite, no_seed)
 ONE_DRAWN_OUTPUT = (output, overwrite, seed)
 SUBJECTS = (subject, subject_for)
 HANDS = (*SUBJECTS, marker_set, side)
-MANY = (jobs, shard, fail_fast, failed)
+MANY = (jobs, scheduler, shard, fail_fast, failed)
 TELLING = (require, as_json, quiet, verbose, config_path)
 
 

@@ -31,7 +31,7 @@ def _scenario(
 @options.settings("simulate", SimulateConfig, beneath="scenario")
 @options.batch(
     [options.output, options.overwrite],
-    [options.jobs, options.shard, options.fail_fast],
+    [options.jobs, options.scheduler, options.shard, options.fail_fast],
     options.TELLING,
 )
 def command(batch: Batch, scenario: Scenario, settings: SimulateConfig) -> int:

@@ -15,6 +15,13 @@ fresh interpreters (spawned, not forked), as compiled libraries do not survive a
 with their threads; with more than one input even one job runs in a worker, so that
 results and isolation do not depend on ``--jobs``.
 
+A cluster (``cluster``, by Dask's ``dask_client``) does tasks in the same processes
+(``process``): each thread of its workers (``on_worker``) has one. Why not in the
+workers themselves: a take that crashes would take others along, and a task of Dask's
+that runs cannot be stopped. Why tasks are given to workers here, not by Dask's
+scheduler: only so is it known which were being done where a worker was lost, and which
+only waited.
+
 Why figures and the line stand in the record: a rerun that skips an input says the
 same about it, and ``--require`` holds for it too.
 """

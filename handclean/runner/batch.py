@@ -107,7 +107,9 @@ class Batch:
     given : what is said of all inputs that only the steps understand.
     files : further files the step reads, by what they are ("calibration").
     config : the file of settings, or None.
-    jobs : worker processes, None for as many as Slurm grants, else one.
+    jobs : worker processes, None for as many as Slurm grants, else one; on a cluster
+        tasks at a time, None for as many as there is room for.
+    scheduler : address of the cluster that does the tasks, "" for this machine.
     shard : "I/N" to take every N-th line from the I-th, or "".
     fail_fast : start nothing more after the first failure.
     failed : where to list the failed inputs, or None.
@@ -126,6 +128,7 @@ class Batch:
     files: Mapping[str, Path] = field(default_factory=dict)
     config: Path | None = None
     jobs: int | None = None
+    scheduler: str = ""
     shard: str = ""
     fail_fast: bool = False
     failed: Path | None = None

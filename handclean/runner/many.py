@@ -3,20 +3,22 @@
 import os
 import sys
 import threading
-from collections.abc import Callable, Generator, Sequence
-from contextlib import closing, redirect_stdout
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager, redirect_stdout
+from functools import partial
 from pathlib import Path
 
 from handclean.errors import UsageError
 from handclean.runner import (
-    conditions as require,
-)
-from handclean.runner import (
+    cluster,
     failed,
     manifest,
     plan,
     staging,
     terminal,
+)
+from handclean.runner import (
+    conditions as require,
 )
 from handclean.runner.batch import Batch, Report, Task
 from handclean.runner.command import Work
@@ -28,6 +30,10 @@ from handclean.runner.manifest import Line
 from handclean.runner.workers import in_workers
 
 Reports = Generator[tuple[int, Report], None, None]
+
+DoAll = Callable[[Work, Sequence[Task], Callable[[], bool]], Reports]
+"""Yields the index and the report of every task as it ends, in any order; those that
+may not begin any more, as the last asks, are not among them."""
 
 FAILED, WRONG_USAGE, NOT_MET = 1, 2, 3
 """Exit statuses beside 0: an input failed, wrong usage or configuration, a requirement
@@ -88,10 +94,25 @@ def run_tasks(
     failed.expect_free(batch, tasks, work.command.records)
     staging.remove_dead(path for task in tasks for path in task.outputs)
     console = Console(batch, len(tasks))
+    with _means(batch, len(tasks), console) as do_all:
+        return _run_by(do_all, work, batch, tasks, lines, conditions, console)
+
+
+def _run_by(
+    do_all: DoAll,
+    work: Work,
+    batch: Batch,
+    tasks: Sequence[Task],
+    lines: Sequence[Line],
+    conditions: Sequence[Condition],
+    console: Console,
+) -> int:
+    """Run tasks by these means, tell of each, and return the exit status."""
     reports: dict[int, Report] = {}
     met = True
+    begun = _reports(do_all, work, batch, tasks, console)
     try:
-        with closing(_in_order(_reports(work, batch, tasks, console))) as ordered:
+        with closing(_in_order(begun)) as ordered:
             for index, report in ordered:
                 reports[index] = report
                 unmet = _unmet(conditions, report)
@@ -138,15 +159,33 @@ def _exit_status(reports: Sequence[Report], met: bool) -> int:
     return 0 if met else NOT_MET
 
 
+@contextmanager
+def _means(batch: Batch, count: int, console: Console) -> Iterator[DoAll]:
+    """Choose how tasks are done: here, in workers of this machine, or on a cluster.
+
+    Raises
+    ------
+    UsageError
+        If the cluster cannot be reached.
+    """
+    if batch.scheduler and count:
+        note = (lambda text: None) if batch.quiet else console.note
+        with cluster.joined(batch.scheduler, note) as workers:
+            yield partial(cluster.on_cluster, workers, batch.jobs)
+    elif count <= 1:
+        yield _here
+    else:
+        jobs = jobs_of(batch)
+        yield lambda work, tasks, may_start: in_workers(work, tasks, jobs, may_start)
+
+
 def _reports(
-    work: Work, batch: Batch, tasks: Sequence[Task], console: Console
+    do_all: DoAll, work: Work, batch: Batch, tasks: Sequence[Task], console: Console
 ) -> Reports:
     """Yield the report of every task as it ends; those never begun come last."""
     failing: Report | None = None
     begun = set()
-    jobs = jobs_of(batch)
-    run_all = _here if len(tasks) <= 1 else in_workers
-    ended = run_all(work, tasks, jobs, lambda: not (failing and batch.fail_fast))
+    ended = do_all(work, tasks, lambda: not (failing and batch.fail_fast))
     with closing(ended):
         for index, report in ended:
             if failing is None and report.status == "failed":
@@ -161,9 +200,7 @@ def _reports(
         yield index, Report(status="failed", error=error, exit_status=status)
 
 
-def _here(
-    work: Work, tasks: Sequence[Task], jobs: int, may_start: Callable[[], bool]
-) -> Reports:
+def _here(work: Work, tasks: Sequence[Task], may_start: Callable[[], bool]) -> Reports:
     """Do tasks in this process; what a library prints must not meet the results."""
     notice = silent if work.quiet else Once(threading.Lock(), work.command.compiling)
     for index, task in enumerate(tasks):

@@ -53,7 +53,8 @@ def test_every_shared_option_reaches_the_batch(call):
         *words("a.c3d b.c3d -o out --format CSV --subject l.h5 --subject r.h5"),
         *words("--marker-set han19 --side both --rate 120 --unit mm --manifest -"),
         *words("--recursive --subject-for {parent}/s.h5"),
-        *words("-j 3 --shard 2/5 --fail-fast --failed f.csv --overwrite --seed 7"),
+        *words("-j 3 --scheduler tcp://a:1"),
+        *words("--shard 2/5 --fail-fast --failed f.csv --overwrite --seed 7"),
         *["--require", "words<=1", "--require", "draw>0", "--json", "-q", "-v"],
         "--lenient",
     )
@@ -71,6 +72,7 @@ def test_every_shared_option_reaches_the_batch(call):
         unit="mm",
         lenient=True,
         jobs=3,
+        scheduler="tcp://a:1",
         shard="2/5",
         fail_fast=True,
         failed=Path("f.csv"),

@@ -75,6 +75,14 @@ def tally(source, settings):
 def act(source, word="", argument="", begun=""):
     if word == "killed":
         os.kill(os.getpid(), signal.SIGKILL)
+    if word == "orphan":  # kill the parent, the first times that are asked for
+        with Path(argument).open("a+") as file:
+            file.seek(0)
+            tried = len(file.readlines())
+            file.write(f"{os.getpid()}\n")
+        if tried < int(begun):
+            os.kill(os.getppid(), signal.SIGKILL)
+            time.sleep(600)
     if word == "exit":
         os._exit(7)
     if word == "wrong":
