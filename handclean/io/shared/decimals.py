@@ -212,36 +212,35 @@ def _misplaced(sign: Bools, ends: Ints, start: Ints, stop: Ints) -> Bools:
     return out
 
 
-def _eight_digits(words: Words, end: Ints, count: Ints) -> Words:
-    """(n,) whole numbers of ``count`` digits, 8 at most, that end before ``end``."""
+def _digits(words: Words, end: Ints, count: Ints) -> Words:
+    """(n,) whole numbers of ``count`` digits, 19 at most, that end before ``end``."""
     at = end - 8
     word = at >> 3
     shift = ((at & 7) << 3).view(np.uint64)
-    out: Words = words[word] >> shift
-    out |= words[1:][word] << (_BITS - shift)
-    out ^= _ZEROS
-    out &= _ALL << (_BITS - (count << 3).view(np.uint64))
+    back = _BITS - shift
+    out = np.zeros(len(end), dtype=np.uint64)
+    behind: Words = words[1:][word]
+    for more in range(0, int(count.max()), 8):
+        here: Words = words[word - (more >> 3)]
+        eight = here >> shift
+        eight |= behind << back
+        part = _added(eight, np.minimum(np.maximum(count - more, 0), 8))
+        out += part * _WHOLE[more] if more else part
+        behind = here
+    return out
+
+
+def _added(eight: Words, count: Ints) -> Words:
+    """(n,) whole numbers of the last ``count`` of eight letters, in their place."""
+    eight ^= _ZEROS
+    eight &= _ALL << (_BITS - (count << 3).view(np.uint64))
     for factor, bits, mask in _PAIRS:
-        out *= np.uint64(factor)
-        out >>= np.uint64(bits)
-        out &= np.uint64(mask)
-    out *= np.uint64(42949672960001)
-    out >>= np.uint64(32)
-    return out
-
-
-def _digits(words: Words, end: Ints, count: Ints) -> Words:
-    """(n,) whole numbers of ``count`` digits, 19 at most, that end before ``end``."""
-    most = int(count.max())
-    if most <= 8:
-        return _eight_digits(words, end, count)
-    out = _eight_digits(words, end, np.minimum(count, 8))
-    for more in range(8, most, 8):
-        part = _eight_digits(
-            words, end - more, np.minimum(np.maximum(count - more, 0), 8)
-        )
-        out += part * _WHOLE[more]
-    return out
+        eight *= np.uint64(factor)
+        eight >>= np.uint64(bits)
+        eight &= np.uint64(mask)
+    eight *= np.uint64(42949672960001)
+    eight >>= np.uint64(32)
+    return eight
 
 
 def _values(words: Words, cells: _Cells) -> tuple[Floats, Bools]:

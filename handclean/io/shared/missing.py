@@ -82,16 +82,16 @@ def blank_out(places: Floats, metres: float, remarks: list[Remark]) -> None:
                 samples=int(zero.sum()),
             )
         )
-    same &= (np.abs(x) >= min(_LEAST_STANDIN, BEYOND_SIGHT_M / metres)) | np.isin(
-        x, _NEGATIVE_STANDINS
-    )
+    least, value = min(_LEAST_STANDIN, BEYOND_SIGHT_M / metres), x[same]
+    same[same] = (np.abs(value) >= least) | np.isin(value, _NEGATIVE_STANDINS)
     if not same.any():
         return
     numbers, counts = np.unique(x[same], return_counts=True)
     which = np.array([_stands_for_none(v, metres) for v in numbers.tolist()])
     if not which.any():
         return
-    places[same & np.isin(x, numbers[which])] = np.nan
+    same[same] = np.isin(x[same], numbers[which])
+    places[same] = np.nan
     shown = ", ".join(f"{v:.10g}" for v in numbers[which][:_SHOWN_NUMBERS])
     more = " and the like" if which.sum() > _SHOWN_NUMBERS else ""
     remarks.append(
