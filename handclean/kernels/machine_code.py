@@ -57,7 +57,7 @@ MADE_BY = "made_by.txt"
 
 GENERIC = "generic"
 """What numba calls a processor of which nothing is asked but the architecture. On the
-machine of RESULTS.md this costs no time in any command ("generic")."""
+machine of RESULTS.md this costs no time in any command ("machine_code")."""
 
 LONGEST_WAIT_S = 120.0
 """[s] how long to wait for another process to compile a kernel, before it is compiled

@@ -2,8 +2,9 @@
 
 Seconds on the wall, the best of some runs, and of processors. "A sample" is `clean` of
 a take of `sample_sessions`, 26 markers, with the subject beside it; "compile" is
-`handclean warm` with an empty cache, two processes beside a third. "nothing" is the
-start of Python itself, which every row holds.
+`handclean warm` with an empty cache and two processes. "From the wheel" is the first
+run of a user who has no cache, with the machine code that `make wheel` would ship.
+"nothing" is the start of Python itself, which every row holds.
 """
 
 import os
@@ -18,6 +19,14 @@ from measuring import counted
 
 ROOT = Path(__file__).parents[2]
 SAMPLES = ROOT / "sample_sessions"
+LABELLED = SAMPLES / "S01_001_thumb_4_finger.labelled.c3d"
+FROM_THE_WHEEL = """
+from pathlib import Path
+from handclean.kernels import machine_code
+machine_code.SHIPPED = Path({cache!r})
+from handclean.cli.main import program
+program()
+"""
 RUNS = counted("runs of which the fastest counts", 7, quick=5)
 COLD = counted("compilations of all kernels", 1, quick=1, tiny=0)
 
@@ -65,9 +74,22 @@ def rows():
             row("handclean inspect, a sample", ["inspect", take], folder),
             row("handclean clean, a sample", clean, folder),
         ]
+        solve = ["solve", LABELLED, "-o", "out.h5", "--subject", subject, "--overwrite"]
         for n in range(COLD):
             cache = Path(folder) / f"cache {n}"
+            os.environ["NUMBA_CPU_NAME"] = "generic"
             table.append(row("compile", ["warm"], folder, runs=1, cache=cache))
+            del os.environ["NUMBA_CPU_NAME"]
+            for name, words in (("clean", clean), ("solve", solve)):
+                table.append(
+                    row(
+                        f"handclean {name}, the first run from the wheel",
+                        words,
+                        folder,
+                        cache=Path(folder) / "none yet",
+                        run=("-c", FROM_THE_WHEEL.format(cache=str(cache))),
+                    )
+                )
     return table
 
 
