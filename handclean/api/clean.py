@@ -23,6 +23,7 @@ from handclean.ik.settings import SolveConfig
 from handclean.labels.label import label as label_take
 from handclean.labels.settings import LabelConfig
 from handclean.recording import Recording
+from handclean.runner.steps import step
 
 
 def clean_hand(
@@ -47,12 +48,14 @@ def clean_hand(
     """
     (name, subject), prior = hands.only, hands.prior
     found = {name: subject}
-    labelled, labels = label_take(
-        recording, subject, prior=prior, settings=labelling, name=name
-    )
-    filled, gaps = fill(
-        labelled, subject, prior=prior, settings=filling, solve=solving, name=name
-    )
+    with step("label"):
+        labelled, labels = label_take(
+            recording, subject, prior=prior, settings=labelling, name=name
+        )
+    with step("fill and solve"):
+        filled, gaps = fill(
+            labelled, subject, prior=prior, settings=filling, solve=solving, name=name
+        )
     of_label = of_labels(labels)
     figures = {**of_label, **of_hands([gaps]), **of_motions(filled, [name])}
     return StepResult(

@@ -183,7 +183,12 @@ as_json = click.option(
     "--json", is_flag=True, help="On stdout, one JSON object per input."
 )
 quiet = click.option("-q", "--quiet", is_flag=True, help="No warnings, no progress.")
-verbose = click.option("-v", "--verbose", is_flag=True, help="Tell more on stderr.")
+verbose = click.option(
+    "-v",
+    "--verbose",
+    is_flag=True,
+    help="Tell on stderr what each step took [s], and where one failed.",
+)
 config_path = click.option(
     "-c",
     "--config",

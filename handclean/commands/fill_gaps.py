@@ -8,6 +8,7 @@ from handclean.commands.shared import hands, sessions
 from handclean.commands.shared.choices import Filling
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
+from handclean.runner.steps import step
 
 FIGURES = {
     "gaps": "gaps of the subjects' markers",
@@ -26,7 +27,8 @@ def fill_gaps(source: Source, settings: Filling) -> Outcome:
     """Fill the gaps of every hand."""
     recording = sessions.read(source)
     sought = hands.of_source(source)
-    done = fill_hands(recording, sought, settings.fill, settings.solve)
+    with step("fill and solve"):
+        done = fill_hands(recording, sought, settings.fill, settings.solve)
     return sessions.outcome(
         done.take, in_words(done.figures), done.figures, done.remarks
     )

@@ -8,6 +8,7 @@ from handclean.commands.shared import hands, sessions
 from handclean.labels.settings import LabelConfig
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
+from handclean.runner.steps import step
 
 FIGURES = {
     "frames": "frames of the take",
@@ -25,7 +26,8 @@ FIGURES = {
 def label(source: Source, settings: LabelConfig) -> Outcome:
     """Name every point of the take, or leave it unnamed."""
     recording = sessions.read(source)
-    done = label_hand(recording, hands.of_only_source(source), settings)
+    with step("label"):
+        done = label_hand(recording, hands.of_only_source(source), settings)
     return sessions.outcome(
         done.take, in_words(done.figures), done.figures, done.remarks
     )

@@ -8,6 +8,7 @@ from handclean.commands.shared import hands, sessions
 from handclean.commands.shared.choices import Solving
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Outcome
+from handclean.runner.steps import step
 
 FIGURES = {
     "frames": "frames of the take",
@@ -23,7 +24,8 @@ def solve(source: Source, settings: Solving) -> Outcome:
     """Add the joint angles of every hand, or keep those that filling found."""
     recording = sessions.read(source)
     sought = hands.of_source(source, with_prior=not settings.standard)
-    done = solve_hands(recording, sought, settings.solve)
+    with step("solve"):
+        done = solve_hands(recording, sought, settings.solve)
     return sessions.outcome(
         done.take,
         in_words(done.figures),

@@ -217,6 +217,7 @@ class Report:
     differs : whether a comparison found a difference, when done.
     exit_status : of that failure: 1, or 2 for wrong usage.
     seconds : how long it took.
+    steps : [s] and its steps.
     trace : where in the code it failed, for the curious.
     """
 
@@ -230,6 +231,7 @@ class Report:
     differs: bool = False
     exit_status: int = 1
     seconds: float = 0.0
+    steps: Mapping[str, float] = field(default_factory=dict)
     trace: str = ""
 
     @property

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, TextIO
 
-from handclean.runner import provenance, terminal
+from handclean.runner import provenance, steps, terminal
 from handclean.runner.batch import Batch, Report, Task
 
 
@@ -52,7 +52,9 @@ class Console:
             for text in report.trace.splitlines():
                 self._note(terminal.safe(text))
         if self._verbose:
-            self.note(f"{where}: {report.status} in {report.seconds:.3f} s")
+            parts = steps.in_words(report.steps)
+            parts = f" ({parts})" if parts else ""
+            self.note(f"{where}: {report.status} in {report.seconds:.3f} s{parts}")
         for text in unmet:
             self.note(f"{where}: {text}")
 

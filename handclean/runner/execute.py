@@ -22,6 +22,7 @@ from handclean.runner import (
     read_remarks,
     records,
     standing,
+    steps,
     terminal,
 )
 from handclean.runner.batch import Report, Source, Task
@@ -41,12 +42,12 @@ def execute(work: Work, task: Task, notice: Notice = silent) -> Report:
     ``notice`` is called when a kernel is about to be compiled.
     """
     started = time.perf_counter()
-    with read_remarks.collected() as odd:
+    with read_remarks.collected() as odd, steps.collected() as taken:
         report = _attempt(work, task, notice)
     if report.status == "failed":
         report = replace(report, remarks=read_remarks.all_of(odd))
     seconds = round(time.perf_counter() - started, 3)
-    return replace(report, about=task.about, seconds=seconds)
+    return replace(report, about=task.about, seconds=seconds, steps=taken)
 
 
 def _attempt(work: Work, task: Task, notice: Notice) -> Report:
@@ -148,7 +149,8 @@ def _do(work: Work, task: Task, notice: Notice) -> Report:
         line=outcome.line,
         about=task.about,
     )
-    lost, stood = outputs.write(task, outcome, entry, work.command, states)
+    with steps.step("write"):
+        lost, stood = outputs.write(task, outcome, entry, work.command, states)
     return _done(entry["figures"], outcome, (*lost, *stood))
 
 
@@ -206,7 +208,8 @@ def _done(
 def _outcome(work: Work, task: Task, notice: Notice) -> Outcome:
     command = work.command
     with command.formats.reading(task.sources) as broken:
-        module = import_module(command.step)
+        with steps.step("import"):
+            module = import_module(command.step)
         step: Step = getattr(module, command.step.rsplit(".", 1)[-1])
         given: Source | tuple[Source, ...]
         given = task.sources if task.reduces else task.sources[0]

@@ -1,6 +1,7 @@
 """The command line itself: help is instant, every mistake is one line."""
 
 import os
+import re
 import subprocess
 import sys
 from importlib import import_module
@@ -279,3 +280,13 @@ def test_the_program_leaves_when_all_is_told_and_closed(thread):
     assert done.returncode == 1
     assert done.stderr.startswith("no such file.c3d: no such file")
     assert done.stdout == ("late\n" if thread else "") + "at exit\n"
+
+
+def test_verbose_tells_what_the_steps_of_a_take_took(handclean, tmp_path):
+    table = tmp_path / "take.csv"
+    table.write_text("frame,A.x,A.y,A.z\n1,1,2,3\n2,1,2,3\n")
+    line = ["convert", table, "-o", tmp_path / "take.trc", "--rate", "60"]
+    assert handclean(*line, "--unit", "mm").stderr == ""
+    told = handclean(*line, "--unit", "m", "-v").stderr
+    steps = r"import [0-9.]+, read [0-9.]+, write [0-9.]+"
+    assert re.search(rf"take\.csv: done in [0-9.]+ s \({steps}\)\n", told), told

@@ -15,6 +15,7 @@ from handclean.remarks import Remark
 from handclean.runner import read_remarks
 from handclean.runner.batch import Source
 from handclean.runner.outcome import Entry, Outcome, Writer
+from handclean.runner.steps import step
 
 
 def read(source: Source) -> Recording:
@@ -28,13 +29,14 @@ def read(source: Source) -> Recording:
         If it cannot be read as what it claims to be.
     """
     options = options_of(source)
-    recording = files.read(
-        source.path,
-        rate_hz=options.rate_hz,
-        unit=options.unit,
-        lenient=options.lenient,
-        believe_coordinates=options.believe_coordinates,
-    )
+    with step("read"):
+        recording = files.read(
+            source.path,
+            rate_hz=options.rate_hz,
+            unit=options.unit,
+            lenient=options.lenient,
+            believe_coordinates=options.believe_coordinates,
+        )
     remember(source, recording)
     if recording.provenance:
         return recording
