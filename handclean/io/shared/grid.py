@@ -27,6 +27,9 @@ _CELLS = 24_000
 _LARGEST = 1 << 18
 """[bytes] of the cells that are read at once, at most (chosen)."""
 
+_INFINITE = 1e300
+"""A number beyond this is as good as infinite: no unit can be changed (chosen)."""
+
 _KEPT = 1 << 20
 """Numbers of an array that is asked for and given back before many blocks are read.
 After that the C library of Linux keeps what smaller arrays give back; else it has every
@@ -131,7 +134,7 @@ def read_numbers(
             )
         )
     grid = np.frombuffer(rows.values, dtype=np.float64).reshape(-1, form.columns)
-    infinite = np.isinf(grid)
+    infinite = (grid > _INFINITE) | (grid < -_INFINITE)
     if infinite.any():
         grid[infinite] = np.nan
         remarks.append(

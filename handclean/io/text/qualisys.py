@@ -37,6 +37,8 @@ from handclean.io.shared.settle import (
 )
 from handclean.io.text.csv_header import is_number, refuse_decimal_commas
 from handclean.io.text.csv_read import read_table
+from handclean.io.text.motive import is_motive
+from handclean.io.text.vicon import is_nexus
 from handclean.recording import Event, Numbering, Origin, Recording
 from handclean.remarks import Remark, remark
 
@@ -98,7 +100,7 @@ def read_tsv(
         If an option contradicts it.
     """
     lines = Lines(path, partial(open_text, path))
-    if _has_no_keys(lines):
+    if is_nexus(lines) or is_motive(lines) or _has_no_keys(lines):
         _refuse_others(path, {}, lines.peek() or b"")
         return read_table(path, rate_hz=rate_hz, unit=unit, lenient=lenient, bare=True)
     remarks: list[Remark] = []

@@ -179,7 +179,9 @@ def test_words_for_nothing_are_missing_numbers(cell, tmp_path):
     assert texts(reading.remarks) == ()
 
 
-@pytest.mark.parametrize("cell", ["1.#INF", "-1.#INF00", "inf", "-Infinity"])
+@pytest.mark.parametrize(
+    "cell", ["1.#INF", "-1.#INF00", "inf", "-Infinity", "1e999", "-1e305", "1.7e308"]
+)
 def test_infinity_is_missing_and_said(cell, tmp_path):
     rows = [row(1, *ONE, *TWO), row(2, *ONE, cell, cell, cell)]
     reading = read(tmp_path, trc(rows))

@@ -78,6 +78,13 @@ NEXUS = ["Trajectories", "100", *HEAD, *ROWS]
 DEVICES = ["Devices", "1000", ",,Plate", "Frame,Sub Frame,Fx,Fy,Fz", ",,N,N,N"]
 
 
+@pytest.mark.parametrize("make", [vendor_files.nexus, vendor_files.motive])
+def test_they_may_have_the_suffix_of_a_table_parted_by_tabs(make, tmp_path):
+    text, truth = make(np.random.default_rng(5))
+    (tmp_path / "a.tsv").write_bytes(text.encode())
+    expect(files.read(tmp_path / "a.tsv", unit=truth.get("unit")), truth)
+
+
 def test_inspect_says_program_subjects_rate_unit_and_first_frame(tmp_path):
     about = files.inspect(lines(tmp_path, *NEXUS))
     assert about["program"] == "Vicon Nexus"
