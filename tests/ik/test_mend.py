@@ -237,6 +237,17 @@ def test_an_open_finger_is_bridged_only_if_that_costs_less(solved):
     np.testing.assert_array_equal(fit.poses, smooth)
 
 
+def test_a_jump_where_a_finger_becomes_open_is_bridged_though_none_follows(solved):
+    fit, markers = solved.task.fit, solved.task.markers
+    fit.poses[:], markers.targets[:] = solved.poses[20], markers.targets[20].copy()
+    markers.targets[20:30, ["INDEX" in label for label in MAYCOCK]] = np.nan
+    fit.opened[20:30] = solved.finger
+    fit.poses[20:, 7:] += 0.8 * solved.finger
+    bridge_open_fingers(solved.limb, solved.task)
+    steps = np.diff(fit.poses[19:31, 7:], axis=0)[:, solved.finger]
+    np.testing.assert_allclose(steps, 0.8 / 11.0, atol=0.03)
+
+
 def test_limbs_that_jump_are_found_whole_unless_they_are_open(solved):
     fit, out = solved.task.fit, np.zeros(len(solved.finger), dtype=bool)
     fit.poses[:, 7:] = 0.3

@@ -7,9 +7,9 @@ import pytest
 from people import exercise, person
 
 from handclean.hand.marker_set import load_marker_set
-from handclean.hand.model import marker_positions
+from handclean.hand.model import marker_positions, neutral_pose
 from handclean.hand.subject import template_subject
-from handclean.ik.whose import MIN_DISTANCE_M, pairs, reason
+from handclean.ik.whose import MAX_ERROR_RATIO, MIN_DISTANCE_M, pairs, reason
 from handclean.tree import MIRROR
 
 
@@ -48,6 +48,20 @@ def test_distances_that_are_wrong_by_millimetres_are_another_person(subject, rng
     other = person(3).model
     there = marker_positions(other, exercise(rng, other.tree, 40, 50.0))
     assert "another person's subject" in reason(subject, there)
+
+
+@pytest.mark.parametrize(("share", "other"), [(0.7, False), (1.4, True)])
+def test_how_far_distances_may_be_off_goes_with_the_subjects_own_sigma(
+    subject, share, other
+):
+    """All distances are off by one factor, and so by a known mean square."""
+    model = subject.model
+    places = marker_positions(model, neutral_pose(model.tree)[None])
+    one, two = pairs(subject).T
+    lengths = np.linalg.norm(places[0, one] - places[0, two], axis=1)
+    most = MAX_ERROR_RATIO * np.sqrt(np.mean(subject.marker_sigma**2))
+    size = 1.0 + share * most / np.sqrt(np.mean(lengths**2))
+    assert ("another person's subject" in reason(subject, size * places)) == other
 
 
 def test_the_subjects_own_distances_mean_the_other_side_or_exchanged_names(
