@@ -29,7 +29,7 @@ from handclean.io.shared.writing import (
     rows,
     write_lines,
 )
-from handclean.recording import Recording
+from handclean.recording import Motion, Recording
 from handclean.remarks import Remark, remark
 from handclean.tree import MIRROR, JointTree
 
@@ -67,44 +67,22 @@ def write_bvh(
     """
     motions = motions_of(path, recording)
     several = len(motions) > 1
+    order = _ROOT_ORDERS[bvh_up[1]]
+    turn, remarks = _turned(recording.up_axis, bvh_up)
     hierarchy: list[str] = []
     blocks: list[Floats] = []
-    remarks: list[Remark] = []
-    order = _ROOT_ORDERS[bvh_up[1]]
-    turn = upright(recording.up_axis or "+z", bvh_up)
-    if not recording.up_axis:
-        text = "the take does not say which way is up: z is taken"
-        remarks.append(remark("not-kept", text))
-    elif recording.up_axis != bvh_up:
-        text = (
-            f"turned, so that {recording.up_axis} of the take is {bvh_up} of the file"
-        )
-        remarks.append(remark("not-kept", f"{text} (convert --bvh-up)"))
     if several:
         hierarchy += [f"ROOT {WORLD}", "{", *_joint_lines(np.zeros(3), order, 1)]
         blocks.append(np.zeros((recording.frames, 6)))
     for name, motion in motions.items():
-        if name not in recording.skeletons:
-            wrong = f"cannot be written: motion '{name}' has no joint tree"
-            raise FileError(path, wrong, NO_TREE)
-        tree = recording.skeletons[name]
-        for hinge in tree.hinges:
-            if hinge not in motion.names:
-                raise UnknownNameError(path, "joint angle", hinge, motion.names)
+        tree = _tree_of(path, recording, name, motion)
         held, missing = held_poses(motion.poses)
         if missing == len(held):
             raise FileError(path, f"cannot be written: motion '{name}' is all missing")
         if missing:
-            remarks.append(
-                remark(
-                    "not-kept",
-                    f"{missing} frames without a pose of '{name}' hold the last one",
-                    model=name,
-                    count=missing,
-                )
-            )
-        head = f"{name}_" if several else ""
-        hierarchy += _bone_lines(tree, head, int(several), order)
+            text = f"{missing} frames without a pose of '{name}' hold the last one"
+            remarks.append(remark("not-kept", text, model=name, count=missing))
+        hierarchy += _bone_lines(tree, f"{name}_" if several else "", several, order)
         blocks += _root_channels(held, turn, order)
         blocks += _bone_channels(tree, motion.names, held)
     hierarchy += ["}"] * several
@@ -117,6 +95,30 @@ def write_bvh(
     body = rows(table, [9] * table.shape[1], " ")
     write_lines(path, chain(["HIERARCHY"], hierarchy, motion_lines, body))
     return tuple(remarks)
+
+
+def _turned(up_axis: str, wanted: str) -> tuple[Floats, list[Remark]]:
+    """(3, 3) rotation of the laboratory that the file is in, and what to say of it."""
+    turn = upright(up_axis or "+z", wanted)
+    if not up_axis:
+        text = "the take does not say which way is up: z is taken"
+        return turn, [remark("not-kept", text)]
+    if up_axis == wanted:
+        return turn, []
+    text = f"turned, so that {up_axis} of the take is {wanted} of the file"
+    return turn, [remark("not-kept", f"{text} (convert --bvh-up)")]
+
+
+def _tree_of(path: Path, recording: Recording, name: str, motion: Motion) -> JointTree:
+    """Return the bones that a motion moves, all of whose hinges it has."""
+    if name not in recording.skeletons:
+        wrong = f"cannot be written: motion '{name}' has no joint tree"
+        raise FileError(path, wrong, NO_TREE)
+    tree = recording.skeletons[name]
+    for hinge in tree.hinges:
+        if hinge not in motion.names:
+            raise UnknownNameError(path, "joint angle", hinge, motion.names)
+    return tree
 
 
 def _joint_lines(offset: Floats, root_order: str, depth: int) -> list[str]:
