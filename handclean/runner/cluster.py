@@ -243,7 +243,8 @@ class _Batch:
             if not free[worker]:
                 del free[worker]
             with held_back():
-                self._begin(state.waiting.popleft(), worker)
+                self._begin(state.waiting[0], worker)
+                state.waiting.popleft()
 
     def _begin(self, index: int, worker: str) -> None:
         state = self.state
@@ -284,8 +285,9 @@ class _Batch:
         state = self.state
         lost = [i for i, begun in state.begun.items() if begun.worker not in threads]
         for index in sorted(lost, reverse=True):
-            begun = state.begun.pop(index)
+            begun = state.begun[index]
             self.workers.cluster.cancel([begun.future])
+            del state.begun[index]
             state.losses[index] += 1
             outputs.clean(self.tasks[index])
             if state.losses[index] < MOST_LOSSES:
@@ -312,11 +314,11 @@ class _Batch:
     def stop(self) -> None:
         """Cancel what is not done, and end the processes of the workers."""
         state = self.state
-        if state.begun:
-            futures = [begun.future for begun in state.begun.values()]
-            self.workers.cluster.cancel(futures)
+        cluster = self.workers.cluster
         with suppress(ClusterLost):
-            there = self.workers.cluster.threads().keys() & state.used
-            self.workers.cluster.ask(on_worker.stop, self.run.name, workers=there)
+            if state.begun:
+                cluster.cancel([begun.future for begun in state.begun.values()])
+            there = cluster.threads().keys() & state.used
+            cluster.ask(on_worker.stop, self.run.name, workers=there)
         for index in state.begun:
             outputs.clean(self.tasks[index])

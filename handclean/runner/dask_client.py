@@ -9,8 +9,10 @@ import json
 import logging
 import os
 import pkgutil
+import queue
+import threading
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
@@ -22,7 +24,10 @@ CONNECTS_WITHIN_S = 10.0
 _ENDED = ("closing", "closed", "failed")
 """What Dask calls a worker that does no more tasks."""
 
-_ANSWERS_WITHIN_S = 10.0
+_ANSWERS_WITHIN_S = 30.0
+"""[s] for a scheduler to answer before it counts as lost (chosen)."""
+
+_COMES_WITHIN_S = 10.0
 """[s] for a report to come once it is there (chosen)."""
 
 
@@ -49,8 +54,7 @@ class Cluster:
         ClusterLost
             If the scheduler does not answer.
         """
-        with self._while_there():
-            found: dict[str, int] = self._client.nthreads()
+        found: dict[str, int] = self._answered(self._client.nthreads)
         return found
 
     def ask(
@@ -65,19 +69,21 @@ class Cluster:
         ClusterLost
             If the scheduler does not answer.
         """
-        name = f"{function.__module__}:{function.__qualname__}"
-        knowing = self._called(pkgutil.resolve_name, name, workers=workers)
-        return self._called(function, *given, workers=list(knowing))
+        if workers:  # one that cannot be found there would be an error of all
+            name = f"{function.__module__}:{function.__qualname__}"
+            workers = self._called(pkgutil.resolve_name, name, workers=workers)
+        return self._called(function, *given, workers=workers) if workers else {}
 
     def _called(
         self, function: Callable[..., Any], *given: Any, workers: Collection[str]
     ) -> dict[str, Any]:
-        if not workers:
-            return {}
-        with self._while_there():
-            found = self._client.run(
-                function, *given, workers=list(workers), on_error="return"
-            )
+        found = self._answered(
+            self._client.run,
+            function,
+            *given,
+            workers=list(workers),
+            on_error="return",
+        )
         return {a: v for a, v in found.items() if not isinstance(v, BaseException)}
 
     def begin(
@@ -95,7 +101,14 @@ class Cluster:
         ----------
         key : a name that nothing else on the cluster has.
         ended : called, in another thread, when the result is there or never will be.
+
+        Raises
+        ------
+        ClusterLost
+            If the scheduler is no longer there.
         """
+        if self._client.status != "running":
+            raise ClusterLost
         future = self._client.submit(
             function, *given, key=key, pure=False, workers=[worker], retries=0
         )
@@ -117,7 +130,7 @@ class Cluster:
         if future.cancelled() or self._client.status != "running":
             raise ClusterLost
         try:
-            found: bytes = future.result(timeout=_ANSWERS_WITHIN_S)
+            found: bytes = future.result(timeout=_COMES_WITHIN_S)
         except (TimeoutError, self._distributed.TimeoutError):
             raise NotYet from None
         except self._distributed.CancelledError:
@@ -129,18 +142,40 @@ class Cluster:
         return isinstance(error, self._distributed.KilledWorker)
 
     def cancel(self, futures: Collection[Any]) -> None:
-        """Let go of what was begun."""
-        with suppress(OSError, RuntimeError, ClusterLost), self._while_there():
-            self._client.cancel(list(futures), force=True)
+        """Let go of what was begun.
 
-    @contextmanager
-    def _while_there(self) -> Iterator[None]:
+        Raises
+        ------
+        ClusterLost
+            If the scheduler does not answer.
+        """
+        self._answered(self._client.cancel, list(futures), force=True)
+
+    def _answered(self, call: Callable[..., Any], *given: Any, **named: Any) -> Any:
+        """Return what a call of the client returns, unless it takes too long.
+
+        The client itself would wait for ever where the other end has stopped.
+        """
         if self._client.status != "running":
             raise ClusterLost
+        answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
+
+        def ask() -> None:
+            try:
+                answers.put((call(*given, **named), None))
+            except BaseException as error:
+                answers.put((None, error))
+
+        threading.Thread(target=ask, daemon=True).start()
         try:
-            yield
-        except (OSError, self._distributed.CancelledError):
+            answer, error = answers.get(timeout=_ANSWERS_WITHIN_S)
+        except queue.Empty:
             raise ClusterLost from None
+        if isinstance(error, OSError | self._distributed.CancelledError):
+            raise ClusterLost from None
+        if error is not None:
+            raise error
+        return answer
 
 
 @contextmanager
