@@ -5,6 +5,7 @@ workers and here. It listens in a network that is trusted, or speaks TLS, which 
 own configuration sets up.
 """
 
+import asyncio
 import json
 import logging
 import os
@@ -198,6 +199,7 @@ def connected(address: str) -> Iterator[Cluster]:
     logging.disable(logging.CRITICAL)  # what goes wrong is said here, on one line
     try:
         try:
+            asyncio.run(asyncio.wait_for(_try_to_reach(place), CONNECTS_WITHIN_S))
             client = distributed.Client(
                 place, timeout=CONNECTS_WITHIN_S, set_as_default=False
             )
@@ -210,6 +212,15 @@ def connected(address: str) -> Iterator[Cluster]:
             client.close(timeout=2.0)
     finally:
         logging.disable(before)
+
+
+async def _try_to_reach(place: str) -> None:
+    """Connect once; a client that cannot would wait again when it is taken apart."""
+    security = import_module("distributed.security").Security()
+    given = security.get_connection_args("client")
+    comm = import_module("distributed.comm")
+    reached = await comm.connect(place, timeout=CONNECTS_WITHIN_S, **given)
+    await reached.close()
 
 
 def _place(address: str, where: str) -> str:

@@ -9,6 +9,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -102,6 +103,7 @@ def started(folder, workers):
     found = LocalCluster(folder)
     try:
         found.workers(workers)
+        wait_until(lambda: not workers or count_workers(found) == workers)
         yield found
     finally:
         found.end()
@@ -388,15 +390,19 @@ def test_without_workers_it_waits_but_not_for_ever(
         ("tls://127.0.0.1:1", "no scheduler of Dask answers there"),
         ("nonsense://127.0.0.1:1", "no protocol is called 'nonsense'; known: "),
         ("in/a.txt", "is no file that a scheduler of Dask wrote"),
+        ("tcp://127.0.0.1:SILENT", "no scheduler of Dask answers there"),
     ],
 )
 def test_a_scheduler_that_does_not_answer_is_one_line(
     inputs, run, monkeypatch, address, said
 ):
     monkeypatch.setattr(cluster.on_worker.dask_client, "CONNECTS_WITHIN_S", 1.0)
+    silent = socket.create_server(("127.0.0.1", 0))  # what is there is no scheduler
+    address = address.replace("SILENT", str(silent.getsockname()[1]))
     paths = inputs(a="one", b="two")
     with pytest.raises(UsageError) as caught:
         run(*paths, output="out", failed=Path("f.csv"), scheduler=address)
+    silent.close()
     assert str(caught.value).startswith(f"--scheduler {address}: {said}")
     assert "\n" not in str(caught.value)
     assert sorted(files(".")) == ["in/a.txt", "in/b.txt"]
