@@ -49,20 +49,21 @@ def expect_side(
         result.tracked & (count >= np.quantile(count[result.tracked], 0.5))
     )
     rows = rows[np.linspace(0, len(rows) - 1, MIRROR_FRAMES).astype(int)]
-    fits = [
-        find_in_frame(cloud, other, int(frame), setup, THOROUGH_SEARCH)
-        for frame in rows
-    ]
-    found = [fit for fit in fits if fit is not None]
-    if len(found) < len(rows):
-        return
     missing = 1.0 - seen[rows].mean(axis=1)
     own = result.rms[rows] / other.spacing + setup.labelling.alpha * missing
-    if np.median([fit.score for fit in found] / own) < MIRROR_RATIO:
-        has = [float((fit.chosen >= 0).sum()) for fit in found]
-        better = f"{np.median(has):.0f} markers at {_mm([fit.rms for fit in found])}"
-        worse = f"{np.median(count[rows]):.0f} at {_mm(result.rms[rows])}"
-        refuse(subject, f"{better} against {worse}")
+    found, not_better = [], 0
+    for row, score in zip(rows, own, strict=True):
+        fit = find_in_frame(cloud, other, int(row), setup, THOROUGH_SEARCH)
+        if fit is None:
+            return
+        found.append(fit)
+        not_better += not fit.score < MIRROR_RATIO * score
+        if 2 * not_better > len(rows):  # the median is not better, whatever follows
+            return
+    has = [float((fit.chosen >= 0).sum()) for fit in found]
+    better = f"{np.median(has):.0f} markers at {_mm([fit.rms for fit in found])}"
+    worse = f"{np.median(count[rows]):.0f} at {_mm(result.rms[rows])}"
+    refuse(subject, f"{better} against {worse}")
 
 
 def _mm(rms: Floats | list[float]) -> str:
