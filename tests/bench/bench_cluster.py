@@ -34,10 +34,9 @@ def environment(**more):
     return {**os.environ, "PYTHONPATH": str(ROOT), **more}
 
 
-def begun(*words, folder):
-    return subprocess.Popen(
-        [*COMMAND, *words], cwd=folder, env=environment(), stdout=subprocess.PIPE
-    )
+def begun(*words, folder, stdout=subprocess.PIPE):
+    line = [*COMMAND, *words]
+    return subprocess.Popen(line, cwd=folder, env=environment(), stdout=stdout)
 
 
 def run(lines, folder):
@@ -127,13 +126,12 @@ def on_cluster(workers, folder):
         )
         scheduler, worker = processes[0].pid, processes[1].pid
         # the processes of a run end with it, so another one is looked at on its way
-        looked = begun(*line, folder=folder)
+        looked = begun(*line, folder=folder, stdout=subprocess.DEVNULL)
         most = 0.0
         while looked.poll() is None:
             with suppress(OSError):
                 most = max([most, *map(resident_mb, children(worker))])
             time.sleep(0.05)
-        looked.stdout.close()
         memory = {
             "way": found["way"],
             "scheduler [MB]": f"{resident_mb(scheduler):.0f}",
