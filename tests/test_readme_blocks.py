@@ -5,7 +5,9 @@ import re
 import shutil
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -185,14 +187,42 @@ def test_make_demo_runs_in_a_folder_with_a_space(place, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "language", ["sh", "make", "python", "toml", "bash", "zsh", "fish", ""]
+    "language", ["sh", "make", "python", "py", "toml", "bash", "zsh", "fish", ""]
 )
 def test_every_kind_of_block_is_run_somewhere(language):
-    """Those of shells by `cli/test_completion`; the plan of floors is no command."""
+    """Those of shells by `cli/test_completion`; the plan of floors is no command.
+
+    What is called "py" needs a Slurm cluster; see below.
+    """
     assert {language for language, _ in BLOCKS} <= {
-        "sh", "make", "python", "toml", "bash", "zsh", "fish", "",
+        "sh", "make", "python", "py", "toml", "bash", "zsh", "fish", "",
     }  # fmt: skip
     assert of(language)
+
+
+def test_the_example_of_a_cluster_gives_its_address_to_a_command(monkeypatch):
+    """With a cluster that is none: what it is asked for, and what is run then."""
+    asked, ran = [], []
+
+    class Cluster(nullcontext):
+        scheduler_address = "tcp://there:8786"
+
+        def __init__(self, **settings):
+            super().__init__(self)
+            asked.append(settings["cores"])
+
+        def scale(self, jobs):
+            asked.append(jobs)
+
+    fake = SimpleNamespace(SLURMCluster=Cluster)
+    monkeypatch.setitem(sys.modules, "dask_jobqueue", fake)
+    monkeypatch.setattr(subprocess, "run", ran.append)
+    (text,) = of("py")
+    exec(compile(text, "README.md", "exec"), {})
+    assert asked == [8, 20]
+    [line] = ran
+    assert line[:2] == ["handclean", "clean"]
+    assert line[line.index("--scheduler") + 1] == "tcp://there:8786"
 
 
 def test_blocks_of_toml_are_read(tmp_path):
