@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from processes import processes
 
 PROGRAM = Path(__file__).parent / "program.py"
 
@@ -34,31 +35,16 @@ def handclean(folder):
 
 @pytest.fixture
 def program(folder):
-    """Start ``handclean`` that has one more command, ``tally``.
+    """Start ``handclean`` that has one more command, ``tally``."""
+    with processes() as start:
 
-    A test that gives up leaves no process and no open pipe behind: the warnings of
-    those would fail whichever test runs when they are collected as garbage.
-    """
-    started = []
+        def go(*arguments, env=None, **options):
+            environment = {**os.environ, **(env or {})}
+            return start(
+                [sys.executable, PROGRAM, *arguments], env=environment, **options
+            )
 
-    def start(*arguments, **options):
-        process = subprocess.Popen(
-            [sys.executable, str(PROGRAM), *map(str, arguments)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, **options.pop("env", {})},
-            **options,
-        )
-        started.append(process)
-        return process
-
-    yield start
-    for process in started:
-        process.kill()
-        for pipe in (process.stdout, process.stderr):
-            pipe.close()
-        process.wait()
+        yield go
 
 
 @pytest.fixture

@@ -31,27 +31,28 @@ def write_behind(room: Floats) -> None:
     room[room.shape[0]] = 1.0
 
 
-@pytest.mark.skipif(
-    not (numba.config.BOUNDSCHECK or numba.config.DISABLE_JIT),
-    reason="machine code does not check indices unless NUMBA_BOUNDSCHECK is set",
-)
-def test_a_kernel_known_to_be_wrong_is_found():
-    with pytest.raises(IndexError):
-        write_behind(np.zeros(3))
+def test_a_kernel_known_to_be_wrong_is_found(tmp_path):
+    """Here if indices are checked in this process, else in one where they are."""
+    if numba.config.BOUNDSCHECK or numba.config.DISABLE_JIT:
+        with pytest.raises(IndexError):
+            write_behind(np.zeros(3))
+    else:
+        done = checked_run(tmp_path, f"{__file__}::{WRONG}")
+        assert done.returncode == 0, done.stdout[-4000:]
+        assert f"{WRONG} PASSED" in done.stdout
 
 
-@pytest.mark.slow
-def test_no_kernel_reaches_beyond_an_array(tmp_path):
+def checked_run(cache, *parts):
+    """Run tests in a process whose kernels check indices, with a cache of its own."""
     checked = {
         **os.environ,
         "NUMBA_BOUNDSCHECK": "1",
-        "NUMBA_CACHE_DIR": str(tmp_path),
+        "NUMBA_CACHE_DIR": str(cache),
         "PYTHONPATH": os.pathsep.join([str(TESTS.parent), *sys.path]),
     }
     checked.pop("NUMBA_DISABLE_JIT", None)
-    parts = [str(TESTS / part) for part in CHECKED]
     line = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider"]
-    done = subprocess.run(
+    return subprocess.run(
         [*line, "-m", "not slow and not bench", *parts],
         env=checked,
         cwd=TESTS.parent,
@@ -59,5 +60,10 @@ def test_no_kernel_reaches_beyond_an_array(tmp_path):
         text=True,
         check=False,
     )
+
+
+@pytest.mark.slow
+def test_no_kernel_reaches_beyond_an_array(tmp_path):
+    done = checked_run(tmp_path, *(str(TESTS / part) for part in CHECKED))
     assert done.returncode == 0, done.stdout[-4000:]
     assert f"{WRONG} PASSED" in done.stdout

@@ -11,7 +11,7 @@ import numba
 import pytest
 
 from handclean.commands.table import FIRST_RUN, compiling
-from handclean.kernels import jit, machine_code
+from handclean.kernels import machine_code
 
 SOLVE = """
 import sys
@@ -34,9 +34,13 @@ misses = sum(sum(s.cache_misses.values()) for s in stats)
 print(hits, misses, vector.tobytes().hex())
 """
 
-pytestmark = pytest.mark.skipif(
-    bool(numba.config.DISABLE_JIT), reason="there is no machine code"
-)
+
+def compiling_in(cache, **more):
+    """Environment of a process that compiles, also where this one does not."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), **more}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    environment["PYTHONPATH"] = os.pathsep.join(sys.path)
+    return environment
 
 
 @pytest.fixture
@@ -44,8 +48,7 @@ def solved(tmp_path):
     """Solve equations in a new process; return loaded, compiled, and the result."""
 
     def run(separate=1, before=0, place=tmp_path / "cache", shipped="none", **more):
-        env = {**os.environ, "NUMBA_CACHE_DIR": str(place), **more}
-        env["PYTHONPATH"] = os.pathsep.join(sys.path)
+        env = compiling_in(place, **more)
         line = [sys.executable, "-c", SOLVE, str(separate), str(before), str(shipped)]
         done = subprocess.run(line, env=env, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
@@ -144,8 +147,7 @@ def test_a_full_disk_leaves_nothing(tmp_path, monkeypatch):
 def test_two_processes_that_are_first_at_once_give_each_other_whole_files(
     solved, tmp_path
 ):
-    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    env["PYTHONPATH"] = os.pathsep.join(sys.path)
+    env = compiling_in(tmp_path / "cache")
     begun = [
         subprocess.Popen(
             [sys.executable, "-c", SOLVE, "1", str(before), "none"],
@@ -201,7 +203,7 @@ def test_another_process_is_waited_for_and_not_for_ever(tmp_path, monkeypatch):
     turns.give_back(place)
     holder = subprocess.Popen(
         [sys.executable, "-c", HOLD, str(place)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        env=compiling_in(tmp_path),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
@@ -243,7 +245,7 @@ def test_it_is_said_why_code_that_ships_is_not_used(shipped, monkeypatch):
 
 
 def test_a_file_is_named_after_all_that_decides_its_code(monkeypatch):
-    files = machine_code.KernelFiles(count)
+    files = machine_code.KernelFiles(compiling_in)
     magic = ("x86_64-unknown-linux-gnu", "generic", "")
     types = (numba.int64,)
     places = {
@@ -286,33 +288,41 @@ def test_a_change_in_an_imported_module_changes_the_digest(tmp_path, monkeypatch
     machine_code.source_digest.cache_clear()
 
 
+LITERAL = """
+import numba
+from handclean.kernels import jit
+
 @jit
-def count(first: int) -> int:
-    """Count from a number."""
+def count(first):
     return first + 1
 
-
 @jit
-def count_all() -> int:
-    """Count from a variable that begins at a literal."""
+def count_all():
     t = 0
     while t < 10:
         t = count(t)
     return t
 
+for kernel in (count, count_all):
+    kernel._cache.disable()  # compiled here, and not loaded
+assert count_all() == 10
+assert list(count.overloads) == [(numba.int64,)]
+"""
 
-def test_a_variable_that_begins_at_a_literal_makes_no_further_variant():
-    count_all._cache.disable()  # compiled here, and not loaded
-    assert count_all() == 10
-    assert list(count.overloads) == [(numba.int64,)]
+
+def test_a_variable_that_begins_at_a_literal_makes_no_further_variant(tmp_path):
+    line = [sys.executable, "-c", LITERAL]
+    done = subprocess.run(
+        line, env=compiling_in(tmp_path), capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_with_another_numba_kernels_are_kept_by_numba(tmp_path):
     other = SOLVE.replace(
         "machine_code.SEPARATE_BYTES", "machine_code.KNOWN = ()\nunused"
     )
-    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    env["PYTHONPATH"] = os.pathsep.join(sys.path)
+    env = compiling_in(tmp_path)
     said = [
         subprocess.run(
             [sys.executable, "-c", other, "1", "0", "none"],

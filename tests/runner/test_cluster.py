@@ -4,7 +4,6 @@ Its scheduler and workers are processes of their own, as they are on a real one.
 """
 
 import csv
-import importlib.util
 import json
 import os
 import shutil
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import pytest
 from boxes import Whose, tally
+from processes import is_alive, processes
 
 from handclean.errors import UsageError
 from handclean.runner import cluster, many
@@ -30,9 +30,6 @@ FAKES = Path(__file__).parent / "fakes"
 PATIENCE_S = 120.0
 """[s] after which a process counts as stuck, on a machine that has much else to do."""
 
-needs_dask = pytest.mark.skipif(
-    importlib.util.find_spec("distributed") is None, reason="distributed is not there"
-)
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning")
 
 
@@ -44,14 +41,6 @@ def wait_until(told, process=None):
         assert process is None or process.poll() is None, process.communicate()
         time.sleep(0.05)
     pytest.fail("it never happened")
-
-
-def is_alive(pid):
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-    return state not in "ZX"
 
 
 class LocalCluster:
@@ -126,25 +115,13 @@ def own(tmp_path_factory):
 @pytest.fixture
 def program(folder):
     """Start ``handclean tally`` as a process."""
-    begun = []
+    with processes() as start:
 
-    def go(*words):
-        process = subprocess.Popen(
-            [sys.executable, str(FAKES / "tallying.py"), "tally", *map(str, words)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )
-        begun.append(process)
-        return process
+        def go(*words):
+            line = [sys.executable, FAKES / "tallying.py", "tally", *words]
+            return start(line, env={**os.environ, "PYTHONPATH": str(ROOT)})
 
-    yield go
-    for process in begun:
-        process.kill()
-        for pipe in (process.stdout, process.stderr):
-            pipe.close()
-        process.wait()
+        yield go
 
 
 def files(folder):
@@ -159,7 +136,6 @@ def without_times(objects):
     return [{**o, "seconds": 0} for o in objects]
 
 
-@needs_dask
 def test_it_gives_the_same_bytes_reports_list_and_status_as_jobs(
     shared, inputs, run, monkeypatch
 ):
@@ -189,7 +165,6 @@ def test_it_gives_the_same_bytes_reports_list_and_status_as_jobs(
     assert "killed (SIGKILL)" in told[0][1][2]["error"]
 
 
-@needs_dask
 def test_what_jobs_made_is_skipped_and_one_input_goes_there_too(shared, inputs, run):
     paths = inputs(a="one", b="two")
     run(*paths, output="out", jobs=2)
@@ -201,7 +176,6 @@ def test_what_jobs_made_is_skipped_and_one_input_goes_there_too(shared, inputs, 
     assert int(Path("pids").read_text()) != os.getpid()
 
 
-@needs_dask
 def test_fail_fast_and_shards_mean_what_they_always_mean(shared, inputs, run):
     paths = inputs(a="one", b="wrong", c="one", d="one")
     given = {"output": "out", "scheduler": shared.address}
@@ -213,7 +187,6 @@ def test_fail_fast_and_shards_mean_what_they_always_mean(shared, inputs, run):
     assert [o["input"] for o in objects] == ["in/b.txt", "in/d.txt"]
 
 
-@needs_dask
 def test_jobs_limit_how_many_are_done_at_a_time(shared, inputs, run, monkeypatch):
     most = []
     begin = cluster._Batch._begin
@@ -231,7 +204,6 @@ def test_jobs_limit_how_many_are_done_at_a_time(shared, inputs, run, monkeypatch
     assert max(most) == 2
 
 
-@needs_dask
 def test_takes_of_a_lost_worker_are_done_again(own, inputs, run):
     paths = inputs(a="orphan tried 1", b="slow 0.2", c="one")
     status, objects, _ = run(*paths, output="out", scheduler=own.address)
@@ -243,7 +215,6 @@ def test_takes_of_a_lost_worker_are_done_again(own, inputs, run):
     assert not [name for name in files("out") if "handclean" in name]
 
 
-@needs_dask
 def test_a_take_that_kills_its_worker_twice_is_failed(own, inputs, run):
     paths = inputs(a="one", b="orphan tried 99", c="slow 0.2", d="two")
     given = {"failed": Path("f.csv"), "scheduler": own.address}
@@ -256,7 +227,6 @@ def test_a_take_that_kills_its_worker_twice_is_failed(own, inputs, run):
     assert row["input"] == "in/b.txt"
 
 
-@needs_dask
 def test_when_the_scheduler_is_lost_what_is_done_stays(own, inputs, program):
     paths = inputs(a="one", b="until go begun", c="linger lingers")
     process = program(
@@ -280,7 +250,6 @@ def test_when_the_scheduler_is_lost_what_is_done_stays(own, inputs, program):
     assert [row["input"] for row in rows] == ["in/b.txt", "in/c.txt"]
 
 
-@needs_dask
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_cancels_what_is_being_done(shared, inputs, program, run, number):
     paths = inputs(a="one", b="linger lingers", c="linger lingers2", d="one")
@@ -308,7 +277,6 @@ def test_a_signal_cancels_what_is_being_done(shared, inputs, program, run, numbe
     assert [o["status"] for o in objects] == ["skipped", "done"]
 
 
-@needs_dask
 def test_a_run_that_is_killed_leaves_nothing_running(shared, inputs, program):
     paths = inputs(a="linger lingers", b="one")
     process = program(
@@ -321,7 +289,6 @@ def test_a_run_that_is_killed_leaves_nothing_running(shared, inputs, program):
     wait_until(lambda: not list(Path().rglob(".handclean*")))
 
 
-@needs_dask
 def test_workers_with_another_handclean_are_named_and_get_nothing(
     own, inputs, run, tmp_path_factory
 ):
@@ -351,7 +318,6 @@ def count_workers(own):
         return len(client.nthreads())
 
 
-@needs_dask
 def test_where_no_worker_has_this_handclean_nothing_is_begun(
     tmp_path_factory, inputs, run
 ):
@@ -367,7 +333,6 @@ def test_where_no_worker_has_this_handclean_nothing_is_begun(
     assert not Path("out").exists()
 
 
-@needs_dask
 def test_without_workers_it_waits_but_not_for_ever(
     tmp_path_factory, inputs, run, monkeypatch
 ):
@@ -382,7 +347,6 @@ def test_without_workers_it_waits_but_not_for_ever(
     ]
 
 
-@needs_dask
 @pytest.mark.parametrize(
     ("address", "said"),
     [

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import psutil
 import pytest
+from processes import is_alive
 
 from handclean.errors import FileError
 from handclean.io.hdf5 import file as h5
@@ -141,19 +143,12 @@ def command(path):
     )
 
 
-def children(process):
-    """Processes that a process started."""
-    path = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    return [int(word) for word in path.read_text().split()]
-
-
 def spinning(process):
     """Wait until the command's own process turns in its ring."""
     end = time.monotonic() + 60.0
     while time.monotonic() < end:
-        for one in children(process):
-            text = Path(f"/proc/{one}/stat").read_text().rpartition(")")[2]
-            if int(text.split()[11]) > 60:  # hundredths of a second
+        for one in psutil.Process(process.pid).children():
+            if sum(one.cpu_times()[:2]) > 0.6:  # [s]
                 return one
         time.sleep(0.05)
     raise AssertionError("it never began")
@@ -162,20 +157,12 @@ def spinning(process):
 def is_gone(one):
     end = time.monotonic() + 10.0
     while time.monotonic() < end:
-        try:
-            state = Path(f"/proc/{one}/stat").read_text().rpartition(")")[2].split()
-        except OSError:
-            return True
-        if state[0] == "Z":
+        if not is_alive(one.pid):
             return True
         time.sleep(0.05)
     return False
 
 
-needs_proc = pytest.mark.skipif(sys.platform != "linux", reason="/proc is Linux's")
-
-
-@needs_proc
 @pytest.mark.parametrize(
     ("signum", "status"),
     [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGKILL, -9)],
