@@ -33,7 +33,7 @@ def write_behind(room: Floats) -> None:
 
 def test_a_kernel_known_to_be_wrong_is_found(tmp_path):
     """Here if indices are checked in this process, else in one where they are."""
-    if numba.config.BOUNDSCHECK or numba.config.DISABLE_JIT:
+    if "NUMBA_BOUNDSCHECK" in os.environ or numba.config.DISABLE_JIT:
         with pytest.raises(IndexError):
             write_behind(np.zeros(3))
     else:
