@@ -20,6 +20,7 @@ from handclean.hand.template import template
 from handclean.io.hdf5.file import format_of, read_h5, write_h5
 from handclean.io.hdf5.parts import Array, Part, tree_from, tree_part
 from handclean.io.hdf5.session import FORMAT, read_session, write_session
+from handclean.io.hdf5.take import read_h5_take
 from handclean.io.shared.writing import unwritable
 from handclean.recording import (
     Analog,
@@ -222,6 +223,13 @@ def test_raw_places_stand_where_samples_are_smoothed(rng, tmp_path):
     back = read_session(tmp_path / "take.h5").markers
     np.testing.assert_array_equal(back.has_raw, smoothed)
     np.testing.assert_array_equal(back.as_measured[smoothed], raw[smoothed])
+
+
+def test_raw_places_are_in_the_unit_of_the_positions(rng, tmp_path):
+    take = a_take(rng)
+    write_session(tmp_path / "take.h5", take)
+    back = read_h5_take(tmp_path / "take.h5", unit="mm").recording.markers
+    np.testing.assert_array_equal(back.raw, take.markers.raw * 1e-3)
 
 
 def test_events_have_the_numbers_of_the_source_both_ends_included(rng, tmp_path):
