@@ -13,14 +13,23 @@ if its first and its last sample are
    d, and b to c by the frame: fast motion is allowed what it does already;
 3. further than an acceleration of `HONEST_ACCELERATION_M_S2` can come and go in k + 1
    intervals, and further than `LEAST_SPIKE_M`;
-4. reached and left by a jump: the steps from b in and out to c go at least half that
-   far along it. A sample before a step that stays, and a kink, are none;
-5. off alone: none of the `NEIGHBOURS` markers nearest to it is off in the same
+4. off alone: none of the `NEIGHBOURS` markers nearest to it is off in the same
    direction by `SHARED_SHARE` of that. What a finger or a whole hand does is motion.
 
-What lies further from the bridge than all these bounds is replaced by the bridge. More
-than three frames in a row are not called a spike, nor is what has not two measured
-frames on both sides (the first and last two of every run).
+What lies further from the bridge than 1 to 3 is replaced by the bridge. A step that
+stays and a kink keep within 2. More than three frames in a row are not called a spike,
+nor is what has not two measured frames on both sides (the first and last two of every
+run).
+
+Measured on a Qualisys, a NOKOV and an ART recording of hands (100, 120 and 60 Hz):
+
+- *Untouched* they have 25 spikes in 125 387 samples, 0 in 57 264 and 0 in 59 109; with
+  every second or third frame alone, hence motion two and three times as fast, none. The
+  25 are 2.2 to 6.7 mm off, 19 of them of one marker that changes between two places
+  while those around it do not.
+- *Spikes put in* at 3 cm are found to 100, 100 and 95 %, at 1 cm to 100, 100 and 7 %:
+  at 60 Hz 1 cm out and back in three frames is motion that a hand can do. Nothing else
+  is found with them. What replaces them is off by 0.05, 0.03 and 0.25 mm in the median.
 """
 
 from dataclasses import dataclass
@@ -189,8 +198,7 @@ def _blocks(path: Floats, frames: int, noise: float, rate_hz: float) -> list[_Bl
     bound = np.maximum(SPIKE_NOISE_SD * noise * gain[:, None], SPIKE_MOTION * moving)
     bound = np.maximum(bound, max(LEAST_SPIKE_M, _honest(frames, rate_hz)))
     beyond = far > bound  # NaN, not measured, is not
-    jumps = _goes(inside[0] - b, off[0]) & _goes(inside[-1] - c, off[-1])
-    is_spike = beyond[0] & beyond[-1] & jumps
+    is_spike = beyond[0] & beyond[-1]
     return [
         _Block(
             start=int(t) + _SUPPORT,
@@ -217,8 +225,3 @@ def _honest(frames: int, rate_hz: float) -> float:
     """[m] how far one gets and is back within a block, turning at the hardest."""
     half_s = (frames + 1) / (2.0 * rate_hz)
     return HONEST_ACCELERATION_M_S2 * half_s**2 / 2.0
-
-
-def _goes(step: Floats, off: Floats) -> Bools:
-    """(N,) whether steps go at least half as far along ``off`` as it is long."""
-    return np.asarray((step * off).sum(axis=1) >= 0.5 * (off * off).sum(axis=1))

@@ -138,6 +138,13 @@ def test_noise_alone_is_no_spike_and_is_measured(rng):
     assert not despike(loud, np.ones((20_000, 1), bool), RATE).spikes.any()
 
 
+def test_numbers_that_were_rounded_are_no_spikes(rng):
+    quiet = 0.05 + 3e-5 * rng.normal(size=(5000, 1, 3))
+    rounded = np.round(quiet, 4)  # to 0.1 mm, most of them the same
+    assert noise_of(rounded[:, 0]) == 0.0
+    assert not despike(rounded, np.ones((5000, 1), bool), 500.0).spikes.any()
+
+
 def test_a_marker_of_which_too_little_is_known_is_left(rng):
     seen = ALL.copy()
     seen[module.MIN_DIFFERENCES + 2 :] = False
