@@ -1,13 +1,10 @@
-# Everything runs in .venv, which the first target that needs it sets up: with what
-# handclean runs on ($(READY)), or also what it is developed with ($(WHOLE)), all in the
-# versions of requirements-lock.txt. All it takes is make and a Python >= 3.11.
+# Everything runs in .venv, which the first target that needs it sets up from
+# requirements-lock.txt; all it takes is make and a Python >= 3.11.
 # Paths are relative, so the folder may have spaces in its name.
 
 PYTHON ?= python3
 RUN := .venv/bin/python
 READY := .venv/ready
-WHOLE := .venv/whole
-PIP := $(RUN) -m pip install --quiet --disable-pip-version-check
 FAST := not slow and not bench
 PLAIN := $(wildcard tests/kernels tests/numerics tests/hand)
 COMPILING := tests/kernels/test_machine_code.py
@@ -26,22 +23,22 @@ test: check ## check, all fast tests compiled, and some again as plain Python
 	OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 \
 		$(RUN) -m pytest -m "$(FAST)" $(PLAIN) --ignore $(COMPILING)
 
-check: $(WHOLE) ## formatting, lint, types
+check: $(READY) ## formatting, lint, types
 	$(RUN) -m ruff format --check .
 	$(RUN) -m ruff check .
 	$(RUN) -m mypy
 
-slow: $(WHOLE) ## the tests that take minutes
+slow: $(READY) ## the tests that take minutes
 	OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n 2 -m slow
 
-bench: $(WHOLE) ## time it; writes tests/bench/RESULTS.md
+bench: $(READY) ## time it; writes tests/bench/RESULTS.md
 	$(RUN) tests/bench/run.py
 
-figures: $(WHOLE) ## write README's figures from tests/bench/RESULTS.md
+figures: $(READY) ## write README's figures from tests/bench/RESULTS.md
 	$(RUN) tests/bench/figures.py
 
 demo: $(READY) ## calibrate, clean and score the sample sessions
-	$(RUN) -m handclean warm calibrate-hand clean
+	$(RUN) -m handclean warm
 	@rm -rf demo_out
 	@for rom in sample_sessions/*_rom.c3d; do \
 		take=$${rom##*/}; subject=demo_out/$${take%%_*}.subject.h5; \
@@ -57,18 +54,18 @@ demo: $(READY) ## calibrate, clean and score the sample sessions
 		done; \
 	done
 
-wheel: $(WHOLE) ## build dist/*.whl with machine code inside, for this Python
+wheel: $(READY) ## build dist/*.whl with machine code inside, for this Python
 	rm -rf build/wheel
 	$(RUN) -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
 	$(RUN) -m handclean.factory.wheel build/wheel/handclean-*.whl dist
 
-samples: $(WHOLE) ## make sample_sessions/ anew
+samples: $(READY) ## make sample_sessions/ anew
 	$(RUN) -m handclean.factory.samples sample_sessions
 
-data: $(WHOLE) ## make what ships in handclean/data/ anew
+data: $(READY) ## make what ships in handclean/data/ anew
 	$(RUN) -m handclean.factory.shipped handclean/data
 
-pictures: $(WHOLE) ## draw the hands in handclean/data/pictures/ anew
+pictures: $(READY) ## draw the hands in handclean/data/pictures/ anew
 	$(RUN) -m handclean.factory.hand_pictures handclean/data/pictures
 	$(RUN) -m handclean.factory.scan_picture handclean/data/pictures/scan.png
 	$(RUN) -m handclean.factory.layout_picture handclean/data/pictures/layouts.png
@@ -77,11 +74,11 @@ pictures: $(WHOLE) ## draw the hands in handclean/data/pictures/ anew
 			"$$HANDCLEAN_DATA/webxr_hand/right.glb" handclean/data/pictures/webxr.png; \
 	fi
 
-configs: $(WHOLE) ## write configs/default.toml from the settings classes
+configs: $(READY) ## write configs/default.toml from the settings classes
 	mkdir -p configs
 	$(RUN) -m handclean.cli.tables configs/default.toml
 
-format: $(WHOLE) ## format the code
+format: $(READY) ## format the code
 	$(RUN) -m ruff format .
 	$(RUN) -m ruff check --fix .
 
@@ -107,11 +104,7 @@ $(READY): requirements-lock.txt pyproject.toml
 			"on Debian and Ubuntu: apt install python3-venv" >&2; \
 		exit 1; \
 	}
-	@$(PIP) --constraint requirements-lock.txt setuptools
-	@$(PIP) --constraint requirements-lock.txt --no-build-isolation --editable .
+	@$(RUN) -m pip install --quiet --disable-pip-version-check -r requirements-lock.txt
+	@$(RUN) -m pip install --quiet --disable-pip-version-check \
+		--no-deps --no-build-isolation --editable .
 	@pwd > $(READY)
-
-$(WHOLE): $(READY)
-	@echo "adding to .venv what handclean is developed with"
-	@$(PIP) --requirement requirements-lock.txt
-	@touch $(WHOLE)

@@ -19,7 +19,6 @@ from handclean.api.verdicts import (
     untold,
 )
 from handclean.gaps.fill import FillFigures, fill
-from handclean.gaps.measured import clean_measured
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
 from handclean.recording import Recording
@@ -28,7 +27,7 @@ from handclean.recording import Recording
 def fill_hands(
     recording: Recording, hands: Hands, settings: FillConfig, solve: SolveConfig
 ) -> StepResult:
-    """Fill the gaps of every hand, after cleaning measured samples where asked for.
+    """Fill the gaps of every hand.
 
     Parameters
     ----------
@@ -37,16 +36,13 @@ def fill_hands(
     Raises
     ------
     HandcleanError
-        As `handclean.api.solve.solve_hands`, and if the take has no rate, or one that
-        is too low for the cut-off of smoothing.
+        As `handclean.api.solve.solve_hands`, and if the take has no rate.
     """
     found, prior = hands.subjects, hands.prior
     recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
     hidden = expect_seen(recording, found)
     misspelt = (*same, *names.misspelt(recording, found))
-    measured = clean_measured(recording, settings)
-    recording = measured.take
     parts = []
     for name, subject in found.items():
         recording, part = fill(
@@ -57,10 +53,9 @@ def fill_hands(
     expect_sides(recording, found, prior)
     return StepResult(
         take=recording,
-        figures={**of_hands(parts), **measured.figures},
+        figures=of_hands(parts),
         remarks=(
             *misspelt,
-            *measured.remarks,
             *hidden,
             *uncalibrated(found.values()),
             *doubts(recording, found),
@@ -100,9 +95,7 @@ def fill_gaps(
 ) -> Recording:
     """Fill the short gaps of a labelled take, as ``handclean fill-gaps``.
 
-    Measured samples come back bit for bit, unless ``despike`` or ``smooth`` ask for
-    others: then those that change have ``markers.origin`` 4 and their measured place in
-    ``markers.raw``.
+    Measured samples come back bit for bit.
 
     Parameters
     ----------

@@ -42,10 +42,14 @@ KEPT_SHARE = 0.9975
 BESIDE_S = 0.1
 """[s] on each side of a gap that is smoothed with it (chosen)."""
 
-LEAST_SD_M = 1e-5
-"""[m] of a step and of a marker's noise (chosen; the noise of a good system)."""
+NOISE_SD_M = 3e-4
+"""[m] r without what the directions leave (chosen on two recordings of hands, other
+gaps than it is judged by; a third or three times of it cost 8 to 9 % more error)."""
 
-MOST_STEPS = 4096
+LEAST_STEP_M = 1e-5
+"""[m] standard deviation of a step, at the least (chosen)."""
+
+MOST_STEPS = 1024
 """Steps from frame to frame that Q is found from (chosen)."""
 
 
@@ -136,12 +140,12 @@ def learn_walk(tracks: Tracks, hidden: int, group: Group) -> Walk:
     sizes = np.sqrt(variances)
     kept = int(np.argmax(np.cumsum(sizes) >= KEPT_SHARE * sizes.sum())) + 1
     directions = directions[:, :kept]
-    noise = float(variances[kept:].sum()) / len(mean) + LEAST_SD_M**2
+    noise = float(variances[kept:].sum()) / len(mean) + NOISE_SD_M**2
     steps = _steps(tracks, group, markers, reference) @ directions
     spread = steps.T @ steps / len(steps)
-    spread[np.diag_indices(kept)] += LEAST_SD_M**2
+    spread[np.diag_indices(kept)] += LEAST_STEP_M**2
     seen = directions[:-3]
-    square = seen.T @ seen / noise + np.diag(1.0 / (variances[:kept] + LEAST_SD_M**2))
+    square = seen.T @ seen / noise + np.diag(1.0 / (variances[:kept] + LEAST_STEP_M**2))
     states = np.linalg.solve(square, seen.T @ rows[:, :-3].T / noise)
     return Walk(
         tracks=tracks,

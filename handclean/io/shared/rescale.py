@@ -37,7 +37,6 @@ def _markers(markers: Trajectories, factor: float) -> Trajectories:
         positions=markers.positions * factor,
         sigma=_times(markers.sigma, factor),
         residual=_times(markers.residual, factor),
-        raw=None if markers.raw is None else markers.raw * factor,
     )
 
 

@@ -4,9 +4,8 @@ Six header lines: file type; keys; values; marker names, each above three column
 X1 Y1 Z1 X2 ...; blank. Then one row per frame: number, time, coordinates, blank where
 missing. Reading takes what programs write: coordinate names counted from 0, tabs at
 line ends, frame counts that are wrong, rows whose blank end was cut off, cells parted
-by blanks, commas or semicolons, decimal commas between tabs or semicolons. Raw files
-of Motion Analysis have no names, or cells beyond them: as many points a row as there
-are, without a name.
+by blanks, commas or semicolons. Raw files of Motion Analysis have no names, or cells
+beyond them: as many points a row as there are, without a name.
 `handclean.io.text.trc_write` writes them.
 """
 
@@ -37,11 +36,7 @@ from handclean.io.shared.settle import (
     settle_rate,
     settle_unit,
 )
-from handclean.io.text.decimal_commas import (
-    cells_with_commas,
-    read_decimal_commas,
-    refuse_decimal_commas,
-)
+from handclean.io.text.csv_header import refuse_decimal_commas
 from handclean.recording import Points, Recording
 from handclean.remarks import Remark, remark
 
@@ -74,14 +69,14 @@ def read_trc(
     """
     lines = Lines(path, partial(open_text, path))
     remarks: list[Remark] = []
-    stated, numbers = _header(path, lines)
+    stated = _header(path, lines)
     rate = settle_rate(path, positive(path, "DataRate", stated["DataRate"]), rate_hz)
     length = settle_unit(path, stated["Units"], unit, remarks)
     labels = _labels(path, lines, stated, remarks)
     beyond = Beyond()
-    form = _form(lines, len(labels), beyond)
-    read_decimal_commas(lines, form.delimiter, numbers, remarks)
-    grid = read_numbers(lines, form, remarks, lenient=lenient)
+    grid = read_numbers(
+        lines, _form(lines, len(labels), beyond), remarks, lenient=lenient
+    )
     if not beyond.row:
         check_labels(path, labels)
     _check_count(stated["NumFrames"], len(grid), remarks)
@@ -118,11 +113,8 @@ def _parted_by(line: bytes) -> bytes | None:
     return b"," if commas and words else None
 
 
-def _header(path: Path, lines: Lines) -> tuple[dict[str, str], bytes]:
-    """Read the key lines, the first three; the values by key, and their line.
-
-    The line is blank where its commas part the values.
-    """
+def _header(path: Path, lines: Lines) -> dict[str, str]:
+    """Read the key lines: the first three."""
     kind = re.split(rb"[\s,;]+", (lines.next() or b"").strip(), maxsplit=3)
     if kind[0] == b'"PathFileType"':
         raise FileError(path, "has its cells in quotes", "save it without")
@@ -131,17 +123,14 @@ def _header(path: Path, lines: Lines) -> tuple[dict[str, str], bytes]:
         raise FileError(path, "is not a TRC file", right)
     delimiter = _parted_by(lines.peek() or b"")
     keys = [text(cell) for cell in lines.cells(delimiter) if cell]
-    line = b"" if delimiter == b"," else lines.peek() or b""
-    if delimiter is None:
-        refuse_decimal_commas(lines, None)
-    commas = cells_with_commas(line, delimiter)
-    cells = [cell for cell in lines.cells(delimiter) if cell]
-    values = [text(c.replace(b",", b".") if c in commas else c) for c in cells]
+    if delimiter != b",":
+        refuse_decimal_commas(lines, delimiter)
+    values = [text(cell) for cell in lines.cells(delimiter) if cell]
     stated = {_FIRST_LINE: text(kind[-1]), **dict(zip(keys, values, strict=False))}
     for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
         if key not in stated:
             raise FileError(path, f"its header has no {key}")
-    return stated, line
+    return stated
 
 
 def _labels(
@@ -187,6 +176,8 @@ def _form(lines: Lines, markers: int, beyond: Beyond) -> Form:
     while (line := lines.peek()) is not None and not line.strip(b" \t,;"):
         lines.next()
     delimiter = _parted_by(line or b"")
+    if delimiter != b",":
+        refuse_decimal_commas(lines, delimiter)
     columns = 2 + 3 * markers
     ends = () if delimiter is None else range(2, columns, 3)
     return Form(

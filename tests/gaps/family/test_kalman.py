@@ -45,6 +45,26 @@ def test_the_band_gives_what_forward_and_back_give(rng):
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
+def test_subspace_steps_and_noise_are_those_of_the_frames(bodies, rng):
+    whole = bodies.whole(rng, 300, noise=1e-4, bend=0.003)
+    tracks = bodies.without(whole, (3, 150, 180))
+    frames = np.r_[0:150, 180:300]
+    donors = np.setdiff1d(np.arange(8), 3)
+    walk = kalman.learn_walk(tracks, 3, Group(markers=donors, frames=frames))
+    rows, _ = kalman._body_rows(tracks, frames, np.append(donors, 3), whole[0, donors])
+    _, sizes, ways = np.linalg.svd(rows - rows.mean(axis=0), full_matrices=False)
+    kept = int(np.flatnonzero(np.cumsum(sizes) >= 0.9975 * sizes.sum())[0]) + 1
+    assert walk.directions.shape == (24, kept)
+    turned = walk.directions.T @ ways[:kept].T  # the same directions, but for signs
+    np.testing.assert_allclose(np.abs(turned), np.eye(kept), atol=1e-6)
+    left = np.sum(sizes[kept:] ** 2) / len(frames) / 24
+    assert walk.noise == pytest.approx(left + kalman.NOISE_SD_M**2, rel=1e-9)
+    steps = np.diff(rows, axis=0)
+    steps = np.delete(steps, 149, axis=0) @ walk.directions  # not across the gap
+    expected = steps.T @ steps / len(steps) + kalman.LEAST_STEP_M**2 * np.eye(kept)
+    np.testing.assert_allclose(np.linalg.inv(walk.stiffness), expected, atol=1e-14)
+
+
 def test_a_gap_is_filled_as_a_smoother_over_the_frames_around_it(bodies, rng):
     whole = bodies.whole(rng, 300, noise=1e-4)
     tracks = bodies.without(whole, (3, 150, 180))
