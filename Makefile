@@ -1,10 +1,13 @@
-# Everything runs in .venv, which the first target that needs it sets up from
-# requirements-lock.txt; all it takes is make and a Python >= 3.11.
+# Everything runs in .venv, which the first target that needs it sets up: with what
+# handclean runs on ($(READY)), or also what it is developed with ($(WHOLE)), all in the
+# versions of requirements-lock.txt. All it takes is make and a Python >= 3.11.
 # Paths are relative, so the folder may have spaces in its name.
 
 PYTHON ?= python3
 RUN := .venv/bin/python
 READY := .venv/ready
+WHOLE := .venv/whole
+PIP := $(RUN) -m pip install --quiet --disable-pip-version-check
 FAST := not slow and not bench
 PLAIN := $(wildcard tests/kernels tests/numerics tests/hand)
 COMPILING := tests/kernels/test_machine_code.py
@@ -23,22 +26,22 @@ test: check ## check, all fast tests compiled, and some again as plain Python
 	OPENBLAS_NUM_THREADS=1 NUMBA_DISABLE_JIT=1 \
 		$(RUN) -m pytest -m "$(FAST)" $(PLAIN) --ignore $(COMPILING)
 
-check: $(READY) ## formatting, lint, types
+check: $(WHOLE) ## formatting, lint, types
 	$(RUN) -m ruff format --check .
 	$(RUN) -m ruff check .
 	$(RUN) -m mypy
 
-slow: $(READY) ## the tests that take minutes
+slow: $(WHOLE) ## the tests that take minutes
 	OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n 2 -m slow
 
-bench: $(READY) ## time it; writes tests/bench/RESULTS.md
+bench: $(WHOLE) ## time it; writes tests/bench/RESULTS.md
 	$(RUN) tests/bench/run.py
 
-figures: $(READY) ## write README's figures from tests/bench/RESULTS.md
+figures: $(WHOLE) ## write README's figures from tests/bench/RESULTS.md
 	$(RUN) tests/bench/figures.py
 
 demo: $(READY) ## calibrate, clean and score the sample sessions
-	$(RUN) -m handclean warm
+	$(RUN) -m handclean warm calibrate-hand clean
 	@rm -rf demo_out
 	@for rom in sample_sessions/*_rom.c3d; do \
 		take=$${rom##*/}; subject=demo_out/$${take%%_*}.subject.h5; \
@@ -54,18 +57,18 @@ demo: $(READY) ## calibrate, clean and score the sample sessions
 		done; \
 	done
 
-wheel: $(READY) ## build dist/*.whl with machine code inside, for this Python
+wheel: $(WHOLE) ## build dist/*.whl with machine code inside, for this Python
 	rm -rf build/wheel
 	$(RUN) -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
 	$(RUN) -m handclean.factory.wheel build/wheel/handclean-*.whl dist
 
-samples: $(READY) ## make sample_sessions/ anew
+samples: $(WHOLE) ## make sample_sessions/ anew
 	$(RUN) -m handclean.factory.samples sample_sessions
 
-data: $(READY) ## make what ships in handclean/data/ anew
+data: $(WHOLE) ## make what ships in handclean/data/ anew
 	$(RUN) -m handclean.factory.shipped handclean/data
 
-pictures: $(READY) ## draw the hands in handclean/data/pictures/ anew
+pictures: $(WHOLE) ## draw the hands in handclean/data/pictures/ anew
 	$(RUN) -m handclean.factory.hand_pictures handclean/data/pictures
 	$(RUN) -m handclean.factory.scan_picture handclean/data/pictures/scan.png
 	$(RUN) -m handclean.factory.layout_picture handclean/data/pictures/layouts.png
@@ -74,11 +77,11 @@ pictures: $(READY) ## draw the hands in handclean/data/pictures/ anew
 			"$$HANDCLEAN_DATA/webxr_hand/right.glb" handclean/data/pictures/webxr.png; \
 	fi
 
-configs: $(READY) ## write configs/default.toml from the settings classes
+configs: $(WHOLE) ## write configs/default.toml from the settings classes
 	mkdir -p configs
 	$(RUN) -m handclean.cli.tables configs/default.toml
 
-format: $(READY) ## format the code
+format: $(WHOLE) ## format the code
 	$(RUN) -m ruff format .
 	$(RUN) -m ruff check --fix .
 
@@ -104,7 +107,11 @@ $(READY): requirements-lock.txt pyproject.toml
 			"on Debian and Ubuntu: apt install python3-venv" >&2; \
 		exit 1; \
 	}
-	@$(RUN) -m pip install --quiet --disable-pip-version-check -r requirements-lock.txt
-	@$(RUN) -m pip install --quiet --disable-pip-version-check \
-		--no-deps --no-build-isolation --editable .
+	@$(PIP) --constraint requirements-lock.txt setuptools
+	@$(PIP) --constraint requirements-lock.txt --no-build-isolation --editable .
 	@pwd > $(READY)
+
+$(WHOLE): $(READY)
+	@echo "adding to .venv what handclean is developed with"
+	@$(PIP) --requirement requirements-lock.txt
+	@touch $(WHOLE)

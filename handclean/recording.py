@@ -43,6 +43,8 @@ class Trajectories:
     source : (T, M) int32, raw column or point of the source, -1 none; or None.
     residual : (T, M) float32 [m], as the source file had it; or None.
     cameras : (T, M) uint8 camera mask, as the source file had it; or None.
+    raw : (T, M, 3) [m] as it was measured what is smoothed (origin 4), NaN elsewhere;
+        or None.
     """
 
     positions: Floats
@@ -54,6 +56,7 @@ class Trajectories:
     source: Ints32 | None = None
     residual: Floats32 | None = None
     cameras: Bytes | None = None
+    raw: Floats | None = None
 
     def __post_init__(self) -> None:
         frames, markers = self.positions.shape[:2]
@@ -65,11 +68,28 @@ class Trajectories:
             array = getattr(self, name)
             if array is not None:
                 expect_shape(name, array, frames, markers)
+        if self.raw is not None:
+            expect_shape("raw", self.raw, frames, markers, 3)
 
     @property
     def measured(self) -> Bools:
         """(T, M) samples that come from the cameras (and may have been smoothed)."""
         return np.isin(self.origin, (Origin.MEASURED, Origin.SMOOTHED))
+
+    @property
+    def has_raw(self) -> Bools:
+        """(T, M) smoothed samples of which is known how they were measured."""
+        smoothed = self.origin == Origin.SMOOTHED
+        if self.raw is None:
+            return np.zeros_like(smoothed)
+        return np.asarray(smoothed & np.isfinite(self.raw).all(axis=2))
+
+    @property
+    def as_measured(self) -> Floats:
+        """(T, M, 3) [m] positions, those of smoothed samples as they were measured."""
+        if self.raw is None:
+            return self.positions
+        return np.where(self.has_raw[:, :, None], self.raw, self.positions)
 
     def index(self, label: str, where: str = "take") -> int:
         """Column of a marker.

@@ -35,6 +35,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "trust": "frames or angles that are not trusted",
         "sensor": "a glove's sensor",
         "layout": "what a set of markers cannot do",
+        "smoothed": "measured samples that were smoothed or despiked, or could not be",
         "gap": "a gap of a marker, and what became of it",
         "lost": "frames in which a marker was not found",
         "anew": "what was done again although the file had it",

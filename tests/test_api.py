@@ -86,15 +86,15 @@ STEPS = {
     "fill-gaps": (
         hc.fill_gaps,
         "labelled.c3d",
-        ["--max-gap-s", "0.2", "--solve-prior-m", "4e-4"],
-        {"max_gap_s": 0.2, "solve_prior_m": 4e-4},
+        ["--max-gap-s", "0.2", "--solve-prior-m", "4e-4", "--despike"],
+        {"max_gap_s": 0.2, "solve_prior_m": 4e-4, "despike": True},
     ),
     "solve": (hc.solve, "labelled.c3d", ["--standard"], {"standard": True}),
     "clean": (
         hc.clean,
         "take.c3d",
-        ["--fill-max-gap-s", "0.2", "--label-strict", "5"],
-        {"fill_max_gap_s": 0.2, "strict": 5},
+        ["--fill-max-gap-s", "0.2", "--label-strict", "5", "--fill-smooth", "8"],
+        {"fill_max_gap_s": 0.2, "strict": 5, "smooth": 8.0},
     ),
 }
 """By command: the function, what is read, options, and the same as settings."""

@@ -18,6 +18,7 @@ from handclean.api.settings import sorted_settings
 from handclean.api.solve import of_motions
 from handclean.api.verdicts import doubts, misplaced, untold
 from handclean.gaps.fill import fill
+from handclean.gaps.measured import clean_measured
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
 from handclean.labels.label import label as label_take
@@ -53,17 +54,25 @@ def clean_hand(
             recording, subject, prior=prior, settings=labelling, name=name
         )
     with step("fill and solve"):
+        measured = clean_measured(labelled, filling)
         filled, gaps = fill(
-            labelled, subject, prior=prior, settings=filling, solve=solving, name=name
+            measured.take,
+            subject,
+            prior=prior,
+            settings=filling,
+            solve=solving,
+            name=name,
         )
     of_label = of_labels(labels)
-    figures = {**of_label, **of_hands([gaps]), **of_motions(filled, [name])}
+    of_gaps = {**of_hands([gaps]), **measured.figures}
+    figures = {**of_label, **of_gaps, **of_motions(filled, [name])}
     return StepResult(
         take=filled,
         figures=figures,
         remarks=(
             *renamed(recording, subject),
             *lost(of_label),
+            *measured.remarks,
             *uncalibrated([subject]),
             *doubts(filled, found),
             *misplaced(filled, found, prior),

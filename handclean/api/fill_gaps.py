@@ -19,6 +19,7 @@ from handclean.api.verdicts import (
     untold,
 )
 from handclean.gaps.fill import FillFigures, fill
+from handclean.gaps.measured import clean_measured
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
 from handclean.recording import Recording
@@ -27,7 +28,7 @@ from handclean.recording import Recording
 def fill_hands(
     recording: Recording, hands: Hands, settings: FillConfig, solve: SolveConfig
 ) -> StepResult:
-    """Fill the gaps of every hand.
+    """Fill the gaps of every hand, after cleaning measured samples where asked for.
 
     Parameters
     ----------
@@ -36,13 +37,16 @@ def fill_hands(
     Raises
     ------
     HandcleanError
-        As `handclean.api.solve.solve_hands`, and if the take has no rate.
+        As `handclean.api.solve.solve_hands`, and if the take has no rate, or one that
+        is too low for the cut-off of smoothing.
     """
     found, prior = hands.subjects, hands.prior
     recording, same = names.matched(recording, names.known_to(found))
     names.expect_any(recording, found)
     hidden = expect_seen(recording, found)
     misspelt = (*same, *names.misspelt(recording, found))
+    measured = clean_measured(recording, settings)
+    recording = measured.take
     parts = []
     for name, subject in found.items():
         recording, part = fill(
@@ -53,9 +57,10 @@ def fill_hands(
     expect_sides(recording, found, prior)
     return StepResult(
         take=recording,
-        figures=of_hands(parts),
+        figures={**of_hands(parts), **measured.figures},
         remarks=(
             *misspelt,
+            *measured.remarks,
             *hidden,
             *uncalibrated(found.values()),
             *doubts(recording, found),
@@ -95,7 +100,9 @@ def fill_gaps(
 ) -> Recording:
     """Fill the short gaps of a labelled take, as ``handclean fill-gaps``.
 
-    Measured samples come back bit for bit.
+    Measured samples come back bit for bit, unless ``despike`` or ``smooth`` ask for
+    others: then those that change have ``markers.origin`` 4 and their measured place in
+    ``markers.raw``.
 
     Parameters
     ----------

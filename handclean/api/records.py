@@ -36,7 +36,7 @@ def recorded(
         inputs.append({"role": "prior", "sha256": hands.prior_sha256})
     begun = provenance.begin(command, _plain(settings), inputs)
     entry = provenance.finished(begun, done.figures, done.remarks)
-    earlier = [one for one in before.remarks if one.kind not in VERDICTS]
+    earlier = [one for one in done.take.remarks if one.kind not in VERDICTS]
     return replace(
         done.take,
         provenance=(*before.provenance, entry),

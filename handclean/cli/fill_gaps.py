@@ -26,8 +26,8 @@ def command(
     """Fill short gaps in marker trajectories.
 
     A hand is always needed, as its posture tells what is missing: --subject, or
-    --marker-set for the template. Measured samples are never changed; filled samples
-    are marked as filled.
+    --marker-set for the template. Measured samples are never changed, unless --despike
+    or --smooth ask for it; filled samples are marked as filled.
 
     \b
     Example:

@@ -20,6 +20,8 @@ FIGURES = {
     "sigma_mm": "median sigma of filled samples, per axis, of the worse hand",
     "bridged_frames": "frames in which a joint was interpolated",
     "reasons": "how many gaps were left open, by reason",
+    "despiked": "measured samples that were spikes and are interpolated",
+    "smoothed": "measured samples that were smoothed",
 }
 
 

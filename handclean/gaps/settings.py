@@ -35,6 +35,16 @@ class FillConfig:
         "a shorter gap as many as it has.",
         Limits(least=5),
     ] = 5
+    despike: Annotated[
+        bool,
+        "Whether spikes, up to three measured frames of a marker, are interpolated.",
+    ] = False
+    smooth: Annotated[
+        float,
+        "Cut-off [Hz] of a low-pass without delay (Butterworth, second order, forwards "
+        "and backwards) over measured samples; 0 for none.",
+        Limits(least=0.0, unit="Hz"),
+    ] = 0.0
 
     def __post_init__(self) -> None:
         expect_limits(self)

@@ -12,17 +12,20 @@ millimetres out of the skin.
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from handclean.arrays import Floats
 from handclean.errors import FileError, UnknownNameError
-from handclean.hand.model import Model
 from handclean.hand.surface import rest_joints, vertex_normals
 from handclean.hand.template import bone_frame, bone_places, template
 from handclean.hand.template_surface import shipped_skin
 from handclean.tomlfile import Table, find_file, read_table, shipped_names
 from handclean.tree import JointTree
+
+if TYPE_CHECKING:
+    from handclean.hand.model import Model
 
 SHIPPED = Path(__file__).parents[1] / "data" / "marker_sets"
 
@@ -68,7 +71,7 @@ class MarkerSet:
         """Whether a marker sits on the forearm, so that the tree needs one."""
         return "forearm" in self.bones
 
-    def on(self, tree: JointTree) -> Model:
+    def on(self, tree: JointTree) -> "Model":
         """Put the markers on a hand.
 
         Raises
@@ -76,6 +79,8 @@ class MarkerSet:
         UnknownNameError
             If the tree lacks a bone.
         """
+        from handclean.hand.model import Model  # late: it brings numba, 0.2 s
+
         for bone in self.bones:
             if bone not in tree.bones:
                 where = f"marker set {self.name}"

@@ -12,8 +12,6 @@ from handclean.io.c3d.read import read_c3d_take
 from handclean.io.glove.inspect import inspect_readings, is_readings, may_be_readings
 from handclean.io.hdf5.file import format_of, read_h5
 from handclean.io.hdf5.session import FORMAT
-from handclean.io.hdf5.subject import FORMAT as SUBJECT
-from handclean.io.hdf5.subject import inspect_subject
 from handclean.io.shared.reading import Reading, finite, reported, with_remarks
 from handclean.io.take_remarks import remarks_on_samples
 from handclean.io.takes import reading_of
@@ -90,10 +88,12 @@ def inspect_h5(
 
 def _inspect_other_h5(path: Path, name: str) -> dict[str, Any]:
     """Return what is in an HDF5 file of ours that is no session."""
+    from handclean.io.hdf5 import subject  # late: it brings numba, 0.2 s
+
     remarks = []
-    if name == SUBJECT:
+    if name == subject.FORMAT:
         try:
-            return inspect_subject(path)
+            return subject.inspect_subject(path)
         except HandcleanError as error:
             remarks.append(remark("damage", error.wrong))
     part = read_h5(path, name, version=2**31)

@@ -13,7 +13,8 @@ def only_finite(recording: Recording) -> Recording:
 
     What a place or an angle is that is infinite, or of which a part is missing, nobody
     knows: it is NaN, its sample missing, its frame not trusted. Points without a place
-    are none. A take in which all is well is returned as it is.
+    are none. Nothing but a smoothed sample has a raw place. A take in which all is well
+    is returned as it is.
     """
     parts: dict[str, Any] = {}
     if recording.markers is not None:
@@ -44,13 +45,22 @@ def _known_samples(markers: Trajectories) -> Trajectories:
     unknown = np.asarray(~np.isfinite(markers.positions).all(axis=2))
     claimed = unknown & np.isin(markers.origin, _CLAIMS)
     stray = unknown & ~np.isnan(markers.positions).all(axis=2)
-    if not (claimed.any() or stray.any()):
+    if claimed.any() or stray.any():
+        markers = replace(
+            markers,
+            positions=np.where(unknown[:, :, None], np.nan, markers.positions),
+            origin=np.where(claimed, Origin.MISSING, markers.origin).astype(np.uint8),
+        )
+    return _with_raw_of_smoothed(markers)
+
+
+def _with_raw_of_smoothed(markers: Trajectories) -> Trajectories:
+    if markers.raw is None:
         return markers
-    return replace(
-        markers,
-        positions=np.where(unknown[:, :, None], np.nan, markers.positions),
-        origin=np.where(claimed, Origin.MISSING, markers.origin).astype(np.uint8),
-    )
+    wrong = ~markers.has_raw & ~np.isnan(markers.raw).all(axis=2)
+    if not wrong.any():
+        return markers
+    return replace(markers, raw=np.where(wrong[:, :, None], np.nan, markers.raw))
 
 
 def _known_frames(motion: Motion) -> Motion:

@@ -37,7 +37,7 @@ _ASKED = ("rate_hz", "unit", "lenient")
 
 _EVERYTHING = frozenset(
     {
-        *{"markers", "points", "marks", "confidence", "residuals"},
+        *{"markers", "points", "marks", "raw", "confidence", "residuals"},
         *{"angles", "roots", "trust", "skeletons", "events", "source_events"},
         *{"analog", "source", "first_frame", "start_time", "up_axis"},
     }
@@ -76,7 +76,7 @@ FORMATS = (
         inspect="contents:inspect_c3d_take",
         options=(*_ASKED, "believe_coordinates"),
         keeps=_EVERYTHING
-        - {"confidence", "roots", "skeletons", "events", "start_time"},
+        - {"raw", "confidence", "roots", "skeletons", "events", "start_time"},
     ),
     Format(
         suffix=".h5",

@@ -50,6 +50,10 @@ def _marks(take: Recording) -> bool:
     return bool(np.isin(take.markers.origin, (Origin.FILLED, Origin.SMOOTHED)).any())
 
 
+def _raw(take: Recording) -> bool:
+    return take.markers is not None and bool(take.markers.has_raw.any())
+
+
 def _confidence(take: Recording) -> bool:
     arrays: list[Any] = [motion.angles_sigma for motion in take.motions.values()]
     if take.markers is not None:
@@ -98,6 +102,7 @@ PARTS = MappingProxyType(
         "markers": Part("markers", _markers),
         "points": Part("points without a name", _points, _how_many_points),
         "marks": Part("marks of filled samples", _marks),
+        "raw": Part("raw places of smoothed samples", _raw),
         "confidence": Part("confidence and sigma", _confidence),
         "residuals": Part("residuals and cameras", _residuals),
         "angles": Part("joint angles", _angles),

@@ -72,6 +72,8 @@ def sort_frames(start: Ints, at: Floats, order: Ints) -> None:
 def cloud_of(recording: Recording) -> Cloud:
     """Collect what was measured: unlabelled points, and markers that are not filled.
 
+    What was smoothed is there as it was measured.
+
     Returns
     -------
     the P points, frame by frame; those of a frame sorted by x, then y, then z
@@ -115,7 +117,7 @@ def _markers(recording: Recording) -> Points | None:
     return Points(
         frame=frame,
         source=column if markers.source is None else markers.source[seen],
-        positions=markers.positions[seen],
+        positions=markers.as_measured[seen],
         residual=None if markers.residual is None else markers.residual[seen],
         cameras=None if markers.cameras is None else markers.cameras[seen],
     )

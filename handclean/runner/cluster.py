@@ -77,6 +77,26 @@ class Workers:
         self._others: dict[str, str] = {}
         self._ours: set[str] = set()
         self._seen_s = time.monotonic()
+        self._told: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._compile = False
+
+    def listen(self, name: str) -> None:
+        """Hear from now on what the workers tell of a run.
+
+        Raises
+        ------
+        ClusterLost
+            If the scheduler is.
+        """
+        self.cluster.hear(name, self._told.put)
+
+    def pass_on(self) -> None:
+        """Say that a worker compiles kernels, if one does; of the first only."""
+        while not self._told.empty():
+            text = self._told.get()
+            if not self._compile:
+                self._note(text)
+            self._compile = True
 
     def look(self) -> dict[str, int]:
         """Return how many tasks each may have at a time, by its address.
@@ -211,6 +231,7 @@ class _Batch:
     def reports(self, most: int | None, may_start: Callable[[], bool]) -> Reports:
         """Begin tasks and yield their reports, until none is left."""
         state = self.state
+        self.workers.listen(self.run.name)
         threads, looked_s = self.workers.look(), time.monotonic()
         while True:
             self._begin_some(threads, most or len(self.tasks), may_start)
@@ -221,6 +242,7 @@ class _Batch:
                 begun = state.begun.get(index)
                 if begun is not None and begun.attempt == attempt:
                     yield from self._ended(index, begun)
+            self.workers.pass_on()
             if time.monotonic() - looked_s < LOOKS_EVERY_S:
                 continue
             threads, looked_s = self.workers.look(), time.monotonic()

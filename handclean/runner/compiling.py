@@ -8,19 +8,24 @@ can compile, and nothing here loads it.
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, Protocol
+from typing import Any
 
 Notice = Callable[[], None]
 """What is called when a kernel is about to be compiled."""
 
 
-class Lock(Protocol):
-    """What a lock of threads and one of processes have in common."""
+@dataclass(frozen=True)
+class Compiles:
+    """What a process sends to whoever started it, before it compiles kernels.
 
-    def acquire(self, block: bool = ..., /) -> bool:
-        """Take the lock; with ``block`` false only if it is free."""
-        ...
+    Attributes
+    ----------
+    text : what to say of it.
+    """
+
+    text: str
 
 
 def silent() -> None:
@@ -28,27 +33,32 @@ def silent() -> None:
 
 
 class Once:
-    """Say on stderr that kernels are compiled, in the first process that does so.
-
-    The lock is what these processes share; whoever gets it speaks.
+    """Say that kernels are compiled, the first time that it is called.
 
     Parameters
     ----------
-    text : asked what to say, in the process that says it.
+    text : asked what to say, when it is said.
+    say : says it.
     """
 
-    def __init__(self, lock: Lock, text: Callable[[], str]) -> None:
-        self._lock = lock
+    def __init__(self, text: Callable[[], str], say: Callable[[str], None]) -> None:
         self._text = text
+        self._say = say
+        self._said = False
 
     def __call__(self) -> None:
         """Say it, unless it has been said."""
-        if not self._lock.acquire(False):
-            return
-        clear = "\r\033[K" if sys.stderr.isatty() else ""
-        with suppress(OSError):
-            sys.stderr.write(f"{clear}{self._text()}\n")
-            sys.stderr.flush()
+        if not self._said:
+            self._said = True
+            self._say(self._text())
+
+
+def to_stderr(text: str) -> None:
+    """Write a line, clear of the progress."""
+    clear = "\r\033[K" if sys.stderr.isatty() else ""
+    with suppress(OSError):
+        sys.stderr.write(f"{clear}{text}\n")
+        sys.stderr.flush()
 
 
 def watching(notice: Notice) -> AbstractContextManager[Any]:

@@ -87,6 +87,18 @@ class Cluster:
         )
         return {a: v for a, v in found.items() if not isinstance(v, BaseException)}
 
+    def hear(self, topic: str, heard: Callable[[str], None]) -> None:
+        """Call ``heard``, in another thread, with what workers `tell` on a topic.
+
+        Raises
+        ------
+        ClusterLost
+            If the scheduler does not answer.
+        """
+        self._answered(
+            self._client.subscribe_topic, topic, lambda event: heard(str(event[1]))
+        )
+
     def begin(
         self,
         function: Callable[[bytes, bytes], bytes],
@@ -263,3 +275,9 @@ def cancellation() -> Callable[[], bool]:
         return not is_wanted or worker.status.name in _ENDED
 
     return cancelled
+
+
+def tell(topic: str, text: str) -> None:
+    """Tell whoever listens on a topic, from a task on a worker; the worker is named."""
+    worker = import_module("distributed").get_worker()
+    worker.log_event(topic, f"worker {worker.address}: {text}")

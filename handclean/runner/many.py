@@ -2,7 +2,6 @@
 
 import os
 import sys
-import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, redirect_stdout
 from functools import partial
@@ -10,19 +9,18 @@ from pathlib import Path
 
 from handclean.errors import UsageError
 from handclean.runner import (
-    cluster,
+    conditions as require,
+)
+from handclean.runner import (
     failed,
     manifest,
     plan,
     staging,
     terminal,
 )
-from handclean.runner import (
-    conditions as require,
-)
 from handclean.runner.batch import Batch, Report, Task
 from handclean.runner.command import Work
-from handclean.runner.compiling import Once, silent
+from handclean.runner.compiling import Once, silent, to_stderr
 from handclean.runner.conditions import Condition
 from handclean.runner.console import Console
 from handclean.runner.execute import execute, figures_of
@@ -169,6 +167,8 @@ def _means(batch: Batch, count: int, console: Console) -> Iterator[DoAll]:
         If the cluster cannot be reached.
     """
     if batch.scheduler and count:
+        from handclean.runner import cluster  # late: it brings asyncio, 0.03 s
+
         note = (lambda text: None) if batch.quiet else console.note
         with cluster.joined(batch.scheduler, note) as workers:
             yield partial(cluster.on_cluster, workers, batch.jobs)
@@ -202,7 +202,7 @@ def _reports(
 
 def _here(work: Work, tasks: Sequence[Task], may_start: Callable[[], bool]) -> Reports:
     """Do tasks in this process; what a library prints must not meet the results."""
-    notice = silent if work.quiet else Once(threading.Lock(), work.command.compiling)
+    notice = silent if work.quiet else Once(work.command.compiling, to_stderr)
     for index, task in enumerate(tasks):
         with redirect_stdout(sys.stderr):
             report = execute(work, task, notice)

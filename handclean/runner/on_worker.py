@@ -14,8 +14,9 @@ from pathlib import Path
 
 from handclean import __version__
 from handclean.runner import dask_client, outputs, process
-from handclean.runner.batch import Task
+from handclean.runner.batch import Report, Task
 from handclean.runner.command import Work
+from handclean.runner.compiling import Compiles
 from handclean.runner.process import Surroundings, TaskProcess
 from handclean.runner.provenance import code
 
@@ -84,10 +85,16 @@ def do(run_pickled: bytes, task_pickled: bytes) -> bytes:
     lives = False
     try:
         worker.send(task)
-        while not worker.pipe.poll(_CANCELLED_EVERY_S):
-            if is_cancelled():
+        report: Report | None = None
+        while report is None:
+            if worker.pipe.poll(_CANCELLED_EVERY_S):
+                answer = worker.answer(task)
+                if isinstance(answer, Compiles):
+                    dask_client.tell(run.name, answer.text)
+                else:
+                    report = answer
+            elif is_cancelled():
                 raise Stopped
-        report = worker.report(task)
         lives = worker.process.exitcode is None
     finally:
         _give_back(run, task, worker, lives=lives)
@@ -124,7 +131,7 @@ def _begin(run: Run, task: Task) -> TaskProcess:
             worker.end()
         else:
             current_process().daemon = False  # else it may start none
-            worker = process.start(run.work, surroundings=run.surroundings)
+            worker = process.start(run.work, run.surroundings)
         held.busy[worker] = run.absolute(task)
     return worker
 

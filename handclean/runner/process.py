@@ -19,7 +19,7 @@ from handclean.errors import FileError
 from handclean.runner import terminal
 from handclean.runner.batch import Report, Task
 from handclean.runner.command import Work
-from handclean.runner.compiling import Notice, silent
+from handclean.runner.compiling import Compiles, Once, silent
 from handclean.runner.execute import execute, gone
 from handclean.runner.interrupts import blocked
 
@@ -70,19 +70,19 @@ class TaskProcess:
         return fresh and self.process.is_alive()
 
     def send(self, task: Task) -> None:
-        """Give it a task; if it died, `report` will tell."""
+        """Give it a task; if it died, `answer` will tell."""
         with suppress(ConnectionError):
             self.pipe.send(task)
 
-    def report(self, task: Task) -> Report:
-        """Wait for the report of the task that it has."""
+    def answer(self, task: Task) -> Report | Compiles:
+        """Wait for the report of the task that it has, or news that it compiles."""
         try:
-            report: Report = self.pipe.recv()
+            answer: Report | Compiles = self.pipe.recv()
         except (EOFError, OSError):
             self.process.join()
             return gone(task, _cause(self.process.exitcode or 0))
         self.used_s = time.monotonic()
-        return report
+        return answer
 
     def end(self) -> None:
         """End it at once, whatever it does."""
@@ -90,20 +90,17 @@ class TaskProcess:
         self.process.join()
 
 
-def start(
-    work: Work, notice: Notice = silent, surroundings: Surroundings | None = None
-) -> TaskProcess:
+def start(work: Work, surroundings: Surroundings | None = None) -> TaskProcess:
     """Start a process that does tasks of this work.
 
     Parameters
     ----------
-    notice : called there when a kernel is about to be compiled.
     surroundings : where it should work, if not here; there it leaves by itself when it
         gets nothing to do, as nobody may be left to end it.
     """
     here, there = get_context("spawn").Pipe()
     process = get_context("spawn").Process(
-        target=_serve, args=(there, work, notice, surroundings), daemon=True
+        target=_serve, args=(there, work, surroundings), daemon=True
     )
     resource_tracker.ensure_running()  # starting it would unblock the signals
     with blocked():
@@ -120,10 +117,13 @@ def _cause(exitcode: int) -> str:
     return f"the worker process was killed ({name}){hint}"
 
 
-def _serve(
-    pipe: Connection, work: Work, notice: Notice, surroundings: Surroundings | None
-) -> None:
+def _serve(pipe: Connection, work: Work, surroundings: Surroundings | None) -> None:
     """Do tasks until the other end closes."""
+
+    def send(text: str) -> None:
+        pipe.send(Compiles(text))
+
+    notice = silent if work.quiet else Once(work.command.compiling, send)
     os.dup2(2, 1)  # stdout belongs to the results
     threading.Thread(target=_end_with_parent, daemon=True).start()
     terminal.hush()

@@ -6,13 +6,12 @@ fails the task in its hands, and another takes its place.
 
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from multiprocessing import get_context
 from multiprocessing.connection import wait
 
 from handclean.runner import outputs
 from handclean.runner.batch import Report, Task
 from handclean.runner.command import Work
-from handclean.runner.compiling import Notice, Once, silent
+from handclean.runner.compiling import Compiles, to_stderr
 from handclean.runner.interrupts import held_back
 from handclean.runner.process import TaskProcess, start
 
@@ -27,25 +26,28 @@ def in_workers(
     waiting = deque(range(len(tasks)))
     idle: list[TaskProcess] = []
     busy: dict[TaskProcess, int] = {}
-    notice: Notice = silent
-    if not work.quiet:
-        notice = Once(get_context("spawn").Lock(), work.command.compiling)
+    compiles = False
     try:
         while True:
             while waiting and len(busy) < jobs and may_start():
                 with held_back():
-                    worker = _take(idle) or start(work, notice)
+                    worker = _take(idle) or start(work)
                     index = busy[worker] = waiting.popleft()
                 worker.send(tasks[index])
             if not busy:
                 return
             ready = wait([worker.pipe for worker in busy])
             for worker in [w for w in busy if w.pipe in ready]:
+                answer = worker.answer(tasks[busy[worker]])
+                if isinstance(answer, Compiles):
+                    if not compiles:
+                        to_stderr(answer.text)
+                    compiles = True
+                    continue
                 index = busy.pop(worker)
-                report = worker.report(tasks[index])
                 if worker.process.exitcode is None:
                     idle.append(worker)
-                yield index, report
+                yield index, answer
     finally:
         with held_back():
             for worker in [*busy, *idle]:

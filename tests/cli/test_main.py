@@ -101,6 +101,25 @@ def test_help_imports_nothing_heavy():
     assert done.stdout == "\n"
 
 
+SAMPLES = Path(__file__).parents[2] / "sample_sessions"
+INSPECTED = ("001_thumb_4_finger.c3d", "001_thumb_4_finger.truth.h5", "001_rom.c3d")
+
+
+@pytest.mark.parametrize("name", [f"S01_{name}" for name in INSPECTED])
+def test_inspecting_a_take_compiles_nothing_and_imports_no_compiler(name):
+    code = "import sys; from handclean.cli.main import main; main(sys.argv[1:])\n"
+    code += "print(*{'numba', 'scipy', 'matplotlib'} & set(sys.modules))"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "inspect", str(SAMPLES / name)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    told, imported = done.stdout.splitlines()
+    assert f"{name}: " in told
+    assert (imported, done.stderr) == ("", "")
+
+
 def test_the_version_is_that_of_the_package(call):
     assert call("--version") == (0, f"handclean, version {__version__}\n", "")
 

@@ -40,10 +40,14 @@ def take(rng):
     trusted[DOUBT] = False
     origin = np.full((frames, 3), Origin.MEASURED, np.uint8)
     origin[4:6, 0] = Origin.FILLED
+    origin[7, 1] = Origin.SMOOTHED
+    raw = np.full((frames, 3, 3), np.nan)
+    raw[7, 1] = rng.normal(size=3)
     markers = trajectories(
         rng.normal(size=(frames, 3, 3)),
         ("A", "B", "C"),
         origin=origin,
+        raw=raw,
         confidence=rng.random((frames, 3)).astype(np.float32),
         residual=np.full((frames, 3), 0.0005, np.float32),
         cameras=np.full((frames, 3), 3, np.uint8),

@@ -176,6 +176,26 @@ def test_what_is_no_number_counts_as_unknown():
     assert only_finite(found) is found
 
 
+def test_nothing_but_a_smoothed_sample_has_a_raw_place(tmp_path):
+    given = take()
+    raw = np.full((6, 5, 3), 0.5)
+    raw[3, 2, 1], raw[4, 2] = np.nan, np.inf
+    given = replace(given, markers=replace(given.markers, raw=raw))
+    found = only_finite(given)
+    expect_honest(found)
+    assert (
+        found.markers.has_raw == [[0, 0, t in (0, 2, 5), 0, 0] for t in range(6)]
+    ).all()
+    np.testing.assert_array_equal(
+        np.isfinite(found.markers.raw).all(axis=2), found.markers.has_raw
+    )
+    assert np.isnan(found.markers.raw[~found.markers.has_raw]).all()
+    assert only_finite(found) is found
+    files.write(tmp_path / "a.h5", given)
+    with h5py.File(tmp_path / "a.h5") as file:
+        np.testing.assert_array_equal(file["markers/raw"][()], found.markers.raw)
+
+
 @pytest.mark.parametrize("suffix", sorted(TAKES_WRITTEN))
 def test_no_writer_says_that_what_is_no_number_is_known(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"

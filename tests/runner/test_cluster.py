@@ -6,6 +6,7 @@ Its scheduler and workers are processes of their own, as they are on a real one.
 import csv
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -174,6 +175,16 @@ def test_what_jobs_made_is_skipped_and_one_input_goes_there_too(shared, inputs, 
     (path,) = inputs(c="orphan pids 0")
     assert run(path, output="c.box", scheduler=shared.file)[0] == 0
     assert int(Path("pids").read_text()) != os.getpid()
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_the_first_worker_that_compiles_kernels_is_told_of(shared, inputs, run, quiet):
+    paths = inputs(a="one", b="two", c="three", d="four")
+    given = {"output": "out", "scheduler": shared.address, "quiet": quiet}
+    status, _, err = run(*paths, command=tally(step="compiled"), **given)
+    assert status == 0
+    told = r"worker tcp://[\d.:]+: compiling kernels \.\.\.\n4 done\n"
+    assert re.fullmatch("" if quiet else told, err)
 
 
 def test_fail_fast_and_shards_mean_what_they_always_mean(shared, inputs, run):
@@ -385,7 +396,7 @@ def test_a_machine_without_the_folder_says_so(inputs, folder):
     process = start(Work(command=tally()), surroundings=Surroundings(folder="/none"))
     try:
         process.send(task)
-        report = process.report(task)
+        report = process.answer(task)
     finally:
         process.end()
     assert report.status == "failed"

@@ -1,12 +1,10 @@
 """That kernels are compiled is said once, and only where one is."""
 
-import threading
-from multiprocessing import get_context
-
 import numba
 import pytest
+from boxes import tally
 
-from handclean.runner.compiling import Once, silent, watching
+from handclean.runner.compiling import Once, silent, to_stderr, watching
 
 
 @pytest.fixture(autouse=True)
@@ -38,18 +36,23 @@ def test_outside_the_watch_nothing_is_noticed():
     assert told == []
 
 
-def wait():
-    return "wait ..."
-
-
-@pytest.mark.parametrize("lock", [threading.Lock, get_context("spawn").Lock])
-def test_it_is_said_once_on_stderr(capsys, lock):
-    shared = lock()
-    for once in (Once(shared, wait), Once(shared, wait)):
-        once()
-        once()
+def test_it_is_said_once_on_stderr(capsys):
+    once = Once(lambda: "wait ...", to_stderr)
+    once()
+    once()
     out, err = capsys.readouterr()
     assert (out, err) == ("", "wait ...\n")
+
+
+@pytest.mark.parametrize(
+    ("quiet", "said"), [(False, "compiling kernels ...\n"), (True, "")]
+)
+def test_processes_that_compile_side_by_side_are_told_of_once(inputs, run, quiet, said):
+    paths = inputs(a="one", b="two", c="three", d="four")
+    command = tally(step="compiled")
+    status, _, err = run(*paths, output="out", jobs=2, command=command, quiet=quiet)
+    assert status == 0
+    assert err == said + ("" if quiet else "4 done\n")
 
 
 def test_silence_watches_nothing():

@@ -9,7 +9,7 @@ parts are set out by hand, so that processes can do them side by side.
 """
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from handclean.commands.shared.formats import FORMATS
+from handclean.commands.shared.warming import FOR
 from handclean.errors import HandcleanError
 from handclean.gaps.fill import fill
 from handclean.hand import model
@@ -236,7 +237,9 @@ def kernels() -> Iterator[Any]:
 
 
 def warm(
-    jobs: int = 1, tell: Callable[[str], None] = lambda text: None
+    jobs: int = 1,
+    tell: Callable[[str], None] = lambda text: None,
+    commands: Collection[str] = (),
 ) -> dict[str, Any]:
     """Do every part; return how many kernels were compiled and how many loaded.
 
@@ -244,19 +247,21 @@ def warm(
     ----------
     jobs : processes to begin with.
     tell : told of each part that is done, where kernels were compiled for it.
+    commands : do only the parts that these of `FOR` need; all, if there are none.
 
     Raises
     ------
     HandcleanError
         If one of these processes fails.
     """
+    needed = {part for command in commands for part in FOR[command]} or set(PARTS)
+    parts = [part for part in PARTS if part in needed]
     compiled = 0
     if jobs > 1:
-        compiled += _side_by_side(jobs, tell)
-        PARTS["chain"]()
-    else:
-        for part in PARTS.values():
-            part()
+        compiled += _side_by_side(parts, jobs, tell)
+        parts = parts[-1:]
+    for part in parts:
+        PARTS[part]()
     hits, misses = counts()
     return {
         "compiled": compiled + misses,
@@ -274,10 +279,10 @@ def counts() -> tuple[int, int]:
     )
 
 
-def _side_by_side(jobs: int, tell: Callable[[str], None]) -> int:
-    """Do all parts but the last, in processes; return how many kernels compiled."""
-    parts = list(PARTS)[:-1]
-    tasks = [Task(sources=(Source(path=Path(p), is_file=False),)) for p in parts]
+def _side_by_side(parts: Sequence[str], jobs: int, tell: Callable[[str], None]) -> int:
+    """Do parts but the last, in processes; return how many kernels compiled."""
+    sources = [Source(path=Path(part), is_file=False) for part in parts[:-1]]
+    tasks = [Task(sources=(source,)) for source in sources]
     compiled, done = 0, 0
     with closing(in_workers(Work(command=WARM), tasks, jobs, lambda: True)) as ended:
         for index, report in ended:
@@ -286,5 +291,5 @@ def _side_by_side(jobs: int, tell: Callable[[str], None]) -> int:
             done += 1
             if report.figures["compiled"]:
                 compiled += report.figures["compiled"]
-                tell(f"{done} of {len(PARTS)}: {parts[index]}, {report.line}")
+                tell(f"{done} of {len(parts)}: {parts[index]}, {report.line}")
     return compiled

@@ -202,11 +202,12 @@ def _digest(fd: int, at: int) -> bytes:
     found = hashlib.sha256()
     done = 0
     while piece := os.pread(fd, _PIECE_BYTES, done):
-        if done < at + len(_EMPTY) and at < done + len(piece):
-            changed = bytearray(piece)
-            first, last = max(at - done, 0), min(at + len(_EMPTY) - done, len(piece))
-            changed[first:last] = bytes(last - first)
-            piece = bytes(changed)
-        found.update(piece)
+        first, last = max(at - done, 0), min(at + len(_EMPTY) - done, len(piece))
+        if first < last:
+            found.update(piece[:first])
+            found.update(_EMPTY[: last - first])
+            found.update(piece[last:])
+        else:
+            found.update(piece)
         done += len(piece)
     return found.digest()

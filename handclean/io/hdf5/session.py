@@ -136,6 +136,7 @@ def _markers(part: Part, frames: int, *, distances: bool) -> Trajectories | None
         labels=labels,
         model=part.names("model", len(labels)) if part.has("model") else blank,
         origin=origin,
+        raw=_optional(part, "raw", "m", np.float64, *shape, 3),
         **arrays,
     )
 

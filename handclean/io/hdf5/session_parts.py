@@ -72,6 +72,8 @@ def _markers_part(markers: Trajectories) -> Part:
         values = getattr(markers, name)
         if values is not None:
             items[name] = Array(values, units)
+    if markers.raw is not None:
+        items["raw"] = Array(markers.raw, "m")
     return Part(items=items)
 
 

@@ -81,6 +81,12 @@ class Lines:
             pass
         self._last = last
 
+    def change_rest(self, change: Callable[[bytes], bytes]) -> None:
+        """Change what is not read yet, in pieces of whole lines, to be read so."""
+        self._piece, self._at = change(self._piece[self._at :]), 0
+        self._ahead = deque(map(change, self._ahead))
+        self._pieces = map(change, self._pieces)
+
     def _fill(self) -> bool:
         """Go to the piece that the next line is in; False if there is none."""
         while self._at >= len(self._piece):

@@ -37,6 +37,7 @@ def _markers(markers: Trajectories, factor: float) -> Trajectories:
         positions=markers.positions * factor,
         sigma=_times(markers.sigma, factor),
         residual=_times(markers.residual, factor),
+        raw=None if markers.raw is None else markers.raw * factor,
     )
 
 

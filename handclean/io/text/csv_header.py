@@ -17,15 +17,12 @@ from handclean.io.shared.lines import Lines
 from handclean.io.shared.missing import is_missing
 from handclean.io.shared.reading import check_unique, text
 from handclean.io.shared.settle import METRES
+from handclean.io.text.decimal_commas import refuse_decimal_commas
 
 MARK = "# handclean csv"
 """What the comment of ours begins with."""
 
 _UP = {"", "+x", "-x", "+y", "-y", "+z", "-z"}
-_DECIMAL_COMMA = re.compile(rb"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
-_CELL_CHARACTERS = 64
-"""Characters of a cell that are looked at for a decimal comma (chosen)."""
-
 _PLACE = re.compile(r"[-_.:][XYZxyz]")
 _AXIS = re.compile(r"([xyz])\d*", re.IGNORECASE)
 _LINE_BYTES = 1_000_000
@@ -145,22 +142,6 @@ def _refuse_other_marks(lines: Lines, names: list[str]) -> None:
         if sum(1 for cell in cells if _PLACE.fullmatch(cell.strip()[-2:])) >= 3:
             right = "save it with commas, semicolons or tabs"
             raise FileError(lines.path, f"its cells are parted by {name}", right)
-
-
-def refuse_decimal_commas(lines: Lines, delimiter: bytes | None) -> None:
-    """Refuse numbers with a decimal comma in the next line, or in the one after.
-
-    Raises
-    ------
-    FileError
-    """
-    for line in (lines.peek() or b"", lines.peek(1) or b""):
-        cells = line.split(delimiter) if delimiter != b"," else line.split(b'"')[1::2]
-        for cell in cells:
-            if _DECIMAL_COMMA.fullmatch(cell.strip()[:_CELL_CHARACTERS]):
-                shown = cell.strip()[:20].decode()
-                wrong = f"has numbers with a decimal comma ('{shown}')"
-                raise FileError(lines.path, wrong, "save it with decimal points")
 
 
 def cells_of(lines: Lines, delimiter: bytes) -> list[str]:

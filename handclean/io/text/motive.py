@@ -27,8 +27,8 @@ from handclean.io.text.csv_header import (
     cells_of,
     delimiter_of,
     head_rows,
-    refuse_decimal_commas,
 )
+from handclean.io.text.decimal_commas import refuse_decimal_commas
 from handclean.io.text.described import Described, subjects_of
 from handclean.remarks import Remark, listed, remark
 

@@ -35,8 +35,9 @@ from handclean.io.shared.settle import (
     settle_rate,
     settle_unit,
 )
-from handclean.io.text.csv_header import is_number, refuse_decimal_commas
+from handclean.io.text.csv_header import is_number
 from handclean.io.text.csv_read import read_table
+from handclean.io.text.decimal_commas import refuse_decimal_commas
 from handclean.io.text.motive import is_motive
 from handclean.io.text.vicon import is_nexus
 from handclean.recording import Event, Numbering, Origin, Recording

@@ -4,8 +4,9 @@ Six header lines: file type; keys; values; marker names, each above three column
 X1 Y1 Z1 X2 ...; blank. Then one row per frame: number, time, coordinates, blank where
 missing. Reading takes what programs write: coordinate names counted from 0, tabs at
 line ends, frame counts that are wrong, rows whose blank end was cut off, cells parted
-by blanks, commas or semicolons. Raw files of Motion Analysis have no names, or cells
-beyond them: as many points a row as there are, without a name.
+by blanks, commas or semicolons, decimal commas between tabs or semicolons. Raw files
+of Motion Analysis have no names, or cells beyond them: as many points a row as there
+are, without a name.
 `handclean.io.text.trc_write` writes them.
 """
 
@@ -36,7 +37,11 @@ from handclean.io.shared.settle import (
     settle_rate,
     settle_unit,
 )
-from handclean.io.text.csv_header import refuse_decimal_commas
+from handclean.io.text.decimal_commas import (
+    cells_with_commas,
+    read_decimal_commas,
+    refuse_decimal_commas,
+)
 from handclean.recording import Points, Recording
 from handclean.remarks import Remark, remark
 
@@ -69,14 +74,14 @@ def read_trc(
     """
     lines = Lines(path, partial(open_text, path))
     remarks: list[Remark] = []
-    stated = _header(path, lines)
+    stated, numbers = _header(path, lines)
     rate = settle_rate(path, positive(path, "DataRate", stated["DataRate"]), rate_hz)
     length = settle_unit(path, stated["Units"], unit, remarks)
     labels = _labels(path, lines, stated, remarks)
     beyond = Beyond()
-    grid = read_numbers(
-        lines, _form(lines, len(labels), beyond), remarks, lenient=lenient
-    )
+    form = _form(lines, len(labels), beyond)
+    read_decimal_commas(lines, form.delimiter, numbers, remarks)
+    grid = read_numbers(lines, form, remarks, lenient=lenient)
     if not beyond.row:
         check_labels(path, labels)
     _check_count(stated["NumFrames"], len(grid), remarks)
@@ -113,8 +118,11 @@ def _parted_by(line: bytes) -> bytes | None:
     return b"," if commas and words else None
 
 
-def _header(path: Path, lines: Lines) -> dict[str, str]:
-    """Read the key lines: the first three."""
+def _header(path: Path, lines: Lines) -> tuple[dict[str, str], bytes]:
+    """Read the key lines, the first three; the values by key, and their line.
+
+    The line is blank where its commas part the values.
+    """
     kind = re.split(rb"[\s,;]+", (lines.next() or b"").strip(), maxsplit=3)
     if kind[0] == b'"PathFileType"':
         raise FileError(path, "has its cells in quotes", "save it without")
@@ -123,14 +131,17 @@ def _header(path: Path, lines: Lines) -> dict[str, str]:
         raise FileError(path, "is not a TRC file", right)
     delimiter = _parted_by(lines.peek() or b"")
     keys = [text(cell) for cell in lines.cells(delimiter) if cell]
-    if delimiter != b",":
-        refuse_decimal_commas(lines, delimiter)
-    values = [text(cell) for cell in lines.cells(delimiter) if cell]
+    line = b"" if delimiter == b"," else lines.peek() or b""
+    if delimiter is None:
+        refuse_decimal_commas(lines, None)
+    commas = cells_with_commas(line, delimiter)
+    cells = [cell for cell in lines.cells(delimiter) if cell]
+    values = [text(c.replace(b",", b".") if c in commas else c) for c in cells]
     stated = {_FIRST_LINE: text(kind[-1]), **dict(zip(keys, values, strict=False))}
     for key in ("DataRate", "NumFrames", "NumMarkers", "Units"):
         if key not in stated:
             raise FileError(path, f"its header has no {key}")
-    return stated
+    return stated, line
 
 
 def _labels(
@@ -176,8 +187,6 @@ def _form(lines: Lines, markers: int, beyond: Beyond) -> Form:
     while (line := lines.peek()) is not None and not line.strip(b" \t,;"):
         lines.next()
     delimiter = _parted_by(line or b"")
-    if delimiter != b",":
-        refuse_decimal_commas(lines, delimiter)
     columns = 2 + 3 * markers
     ends = () if delimiter is None else range(2, columns, 3)
     return Form(

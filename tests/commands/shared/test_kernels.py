@@ -5,15 +5,21 @@ import pkgutil
 import re
 import subprocess
 import sys
+from functools import partial
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
 import handclean
+from handclean.cli.main import main
 from handclean.commands.shared import kernels
+from handclean.commands.shared.warming import FOR
 from handclean.errors import HandcleanError
 from handclean.labels.review.suppose import judge_path
 from handclean.labels.track.frames import track_frames
+
+SAMPLES = Path(__file__).parents[3] / "sample_sessions"
 
 UNUSED = {
     "handclean.kernels.rotations.quaternion_from_matrix",
@@ -43,9 +49,9 @@ def called_by(kernel):
     return found
 
 
-def in_a_process(what):
+def in_a_process(*what):
     """What this file says of itself; alone, since other tests compile kernels, too."""
-    line = [sys.executable, __file__, what]
+    line = [sys.executable, __file__, *what]
     done = subprocess.run(line, capture_output=True, text=True, check=True)
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -69,6 +75,39 @@ def test_warming_leaves_no_kernel_uncompiled():
     again = in_a_process("again")
     assert again["compiled"] == 0
     assert again["loaded"] > 10
+
+
+def after_warming_for_the_demo(folder):
+    """Names of kernels that commands of the demo still load, or compile."""
+    kernels.warm(commands=["calibrate-hand", "clean"])
+    before = {k: len(k.signatures) for k in kernels.kernels()}
+    subject, take = f"{folder}/S01.h5", SAMPLES / "S01_001_thumb_4_finger.c3d"
+    rom = [SAMPLES / "S01_001_rom.c3d", "--marker-set", "maycock26", "-o", subject]
+    clean = [take, "--subject", subject, "-o", f"{folder}/take.h5"]
+    for words in (["calibrate-hand", "markers", *rom], ["clean", *clean]):
+        assert main([str(word) for word in words]) == 0
+    return [
+        k.py_func.__name__
+        for k in kernels.kernels()
+        if len(k.signatures) > before.get(k, 0)
+    ]
+
+
+def test_what_the_demo_needs_first_is_compiled_alone(tmp_path):
+    assert in_a_process("demo", str(tmp_path)) == []
+
+
+def test_other_commands_need_parts_that_there_are(monkeypatch):
+    done = []
+    parts = {part: partial(done.append, part) for part in kernels.PARTS}
+    monkeypatch.setattr(kernels, "PARTS", parts)
+    for needed in FOR.values():
+        assert set(needed) < set(parts)
+    kernels.warm(commands=["calibrate-hand"])
+    assert done == ["calibration"]
+    done.clear()
+    kernels.warm()
+    assert done == list(parts)
 
 
 def test_processes_do_every_part_but_the_last_and_tell_what_they_compiled(
@@ -95,5 +134,10 @@ def test_a_process_that_fails_is_one_error(monkeypatch):
 
 
 if __name__ == "__main__":
-    done = after_warming() if sys.argv[1] == "once" else kernels.warm(jobs=2)
-    print(json.dumps(done))
+    what, *given = sys.argv[1:]
+    told = {
+        "once": after_warming,
+        "again": partial(kernels.warm, jobs=2),
+        "demo": after_warming_for_the_demo,
+    }
+    print(json.dumps(told[what](*given)))

@@ -20,6 +20,7 @@ from handclean.hand.template import template
 from handclean.io.hdf5.file import format_of, read_h5, write_h5
 from handclean.io.hdf5.parts import Array, Part, tree_from, tree_part
 from handclean.io.hdf5.session import FORMAT, read_session, write_session
+from handclean.io.hdf5.take import read_h5_take
 from handclean.io.shared.writing import unwritable
 from handclean.recording import (
     Analog,
@@ -66,6 +67,7 @@ def a_take(rng, frames=40):
     turns = rng.normal(size=(frames, 4))
     origin = rng.integers(0, 5, shape).astype(np.uint8)
     origin[5:9, 1] = Origin.MISSING
+    raw = np.where((origin == Origin.SMOOTHED)[..., None], positions + 0.001, np.nan)
     return Recording(
         rate=120.0,
         frames=frames,
@@ -82,6 +84,7 @@ def a_take(rng, frames=40):
             source=rng.integers(-1, 9, shape).astype(np.int32),
             residual=rng.random(shape).astype(np.float32),
             cameras=rng.integers(0, 255, shape).astype(np.uint8),
+            raw=raw,
         ),
         unlabelled=Points(
             frame=np.array([0, 0, 7], np.int32),
@@ -197,10 +200,36 @@ def test_every_dataset_carries_units_and_follows_the_interface(rng, tmp_path):
         assert file["motion/right/trusted"].dtype == bool
     found = {name: units.decode() for name, units in found.items()}
     assert found["markers/positions"] == "m"
+    assert found["markers/raw"] == "m"
     assert found["motion/right/angles"] == "rad"
     assert found["skeleton/right/offsets"] == "m"
     assert found["skeleton/right/limits"] == "rad"
     assert found["source_events/time"] == "s"
+
+
+def test_raw_places_stand_where_samples_are_smoothed(rng, tmp_path):
+    take = a_take(rng)
+    write_session(tmp_path / "take.h5", take)
+    with h5py.File(tmp_path / "take.h5") as file:
+        raw, origin = file["markers/raw"][()], file["markers/origin"][()]
+        assert file.attrs["version"] == 2
+    assert raw.shape == (40, 3, 3)
+    smoothed = origin == 4
+    assert smoothed.sum() > 10
+    np.testing.assert_array_equal(
+        raw[smoothed], take.markers.positions[smoothed] + 0.001
+    )
+    assert np.isnan(raw[~smoothed]).all()
+    back = read_session(tmp_path / "take.h5").markers
+    np.testing.assert_array_equal(back.has_raw, smoothed)
+    np.testing.assert_array_equal(back.as_measured[smoothed], raw[smoothed])
+
+
+def test_raw_places_are_in_the_unit_of_the_positions(rng, tmp_path):
+    take = a_take(rng)
+    write_session(tmp_path / "take.h5", take)
+    back = read_h5_take(tmp_path / "take.h5", unit="mm").recording.markers
+    np.testing.assert_array_equal(back.raw, take.markers.raw * 1e-3)
 
 
 def test_events_have_the_numbers_of_the_source_both_ends_included(rng, tmp_path):
@@ -408,6 +437,10 @@ def test_a_joint_tree_is_a_part_of_other_files(tmp_path):
             "numbers",
         ),
         (lambda f: replace(f, "markers/source", np.zeros((40, 3))), "float64"),
+        (lambda f: replace(f, "markers/raw", np.zeros((40, 3))), "raw has shape"),
+        (lambda f: replace(f, "markers/raw", np.zeros((39, 3, 3))), "raw has shape"),
+        (lambda f: replace(f, "markers/raw", np.zeros((40, 3, 3), "c16")), "numbers"),
+        (lambda f: f["markers/raw"].attrs.update(units="mm"), "raw is in 'mm'"),
         (lambda f: replace(f, "motion/right/trusted", np.zeros(40)), "float64"),
         (lambda f: replace(f, "markers", np.zeros(3)), "should be a group"),
         (lambda f: replace(f, "skeleton/right/parents", np.arange(16)), "joint tree"),

@@ -153,17 +153,79 @@ def test_names_in_neighbouring_cells_are_read_if_they_are_as_many_as_stated(tmp_
     assert read(tmp_path, content).recording.markers.labels == ("A", "B")
 
 
+def with_commas(content):
+    """The same file, written with decimal commas."""
+    head, rest = content.split(b"\n", 1)
+    return head + b"\n" + rest.replace(b".", b",")
+
+
+LONG = (-1.5, 0.25, 1234.125)
+
+
+@pytest.mark.parametrize("part", ["\t", ";"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_decimal_commas_between_tabs_or_semicolons_are_read(part, end, tmp_path):
+    rows = [row(1, *LONG, *TWO, part=part), row(2, *LONG, *[""] * 3, part=part)]
+    rows += [row(n, *LONG, "1.5e2", 2.5, 3.5, part=part) for n in range(3, 9)]
+    plain = trc(rows, names=("A", "B 1,5"), part=part, end=end)
+    expected = read(tmp_path, plain)
+    reading = read(tmp_path, with_commas(plain))
+    assert reading.recording.markers.labels == ("A", "B 1,5")
+    assert reading.recording.rate == 100.0
+    found = reading.recording.markers.positions
+    np.testing.assert_array_equal(found, expected.recording.markers.positions)
+    assert found[0, 0, 2] == 1.234125
+    assert (*texts(expected.remarks), "numbers have a decimal comma ('100,00')") == (
+        texts(reading.remarks)
+    )
+
+
 @pytest.mark.parametrize("where", ["head", "rows"])
-def test_decimal_commas_are_called_that(where, tmp_path):
+def test_decimal_commas_beside_decimal_points_are_refused(where, tmp_path):
     rows = [row(1, *ONE, *TWO), row(2, *ONE, *TWO)]
     if where == "rows":
         rows = [line.replace("\t3", "\t3,25") for line in rows]
     content = trc(rows)
     if where == "head":
         content = content.replace(b"100.00", b"100,00")
+    said = (
+        r"decimal comma \(.*,.*\) and others with a point \('\d+\.00'\); save it with "
+    )
+    with pytest.raises(FileError, match=said + "decimal points"):
+        read(tmp_path, content)
+
+
+def test_a_point_far_behind_decimal_commas_is_found_wherever_it_stands(tmp_path):
+    rows = [row(n, *LONG, *TWO) for n in range(1, 50_000)]
+    content = with_commas(trc(rows))
+    assert read(tmp_path, content).recording.frames == len(rows)
+    late = b"\n49990\t499,89\t-1.5\t"
+    content = content.replace(late.replace(b".", b","), late)
+    with pytest.raises(FileError, match=r"others with a point \('-1\.5'\)"):
+        read(tmp_path, content)
+
+
+def test_commas_that_may_part_thousands_are_refused(tmp_path):
+    rows = [f"{n}\t{n - 1}\t1,250\t2,500\t10" for n in (1, 2)]
+    content = trc(rows, names=("A",)).replace(b"100.00", b"1")
     with pytest.raises(
-        FileError, match=r"decimal comma .* save it with decimal points"
+        FileError, match=r"part thousands or decimals \('1,250'\); save"
     ):
+        read(tmp_path, content)
+    sure = content.replace(b"2,500", b"2,50")
+    assert read(tmp_path, sure).recording.markers.positions[0, 0, 0] == 1.25e-3
+
+
+@pytest.mark.parametrize("where", ["head", "rows"])
+def test_decimal_commas_between_blanks_are_called_that(where, tmp_path):
+    rows = [row(n, 1, 2, 3, part=" ") for n in (1, 2)]
+    content = trc(rows, names=("A",), part=" ")
+    if where == "head":
+        content = content.replace(b"100.00", b"100,00")
+    else:
+        content = content.replace(b" 0.0", b" 0,0")
+    said = r"decimal comma \('[\d,]+'\); save it with decimal points"
+    with pytest.raises(FileError, match=said):
         read(tmp_path, content)
 
 

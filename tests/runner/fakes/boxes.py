@@ -111,7 +111,5 @@ class Whose:
 
 def tally(suffixes=(SUFFIX, ".csv"), **parts):
     """The command that does what its inputs say, see the module of that name."""
-    parts = {"reads": (".txt", SUFFIX), **parts}
-    return Command(
-        name="tally", step="tally", formats=Boxes(), suffixes=suffixes, **parts
-    )
+    parts = {"reads": (".txt", SUFFIX), "step": "tally", **parts}
+    return Command(name="tally", formats=Boxes(), suffixes=suffixes, **parts)
