@@ -90,6 +90,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(shell pwd))
 $(READY): again
 endif
 
+# pip would compile on one core, and the tests of all packages, too: compileall does not.
 $(READY): requirements-lock.txt pyproject.toml
 	@for python in "$(PYTHON)" python3 python3.13 python3.12 python3.11 none; do \
 		if [ "$$python" = none ]; then \
@@ -107,8 +108,10 @@ $(READY): requirements-lock.txt pyproject.toml
 			"on Debian and Ubuntu: apt install python3-venv" >&2; \
 		exit 1; \
 	}
-	@$(PIP) --constraint requirements-lock.txt setuptools
-	@$(PIP) --constraint requirements-lock.txt --no-build-isolation --editable .
+	@$(PIP) --constraint requirements-lock.txt --no-compile setuptools
+	@$(PIP) --constraint requirements-lock.txt --no-compile \
+		--no-build-isolation --editable .
+	@$(RUN) -m compileall -qq -j 0 -x '/tests?/' .venv/lib || true
 	@pwd > $(READY)
 
 $(WHOLE): $(READY)
