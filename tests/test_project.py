@@ -29,6 +29,13 @@ def test_what_is_declared_is_imported(name):
     assert name in imported()
 
 
+def test_the_lock_has_what_make_demo_installs():
+    """It is given as a constraint, which says nothing of a package it does not name."""
+    lines = (ROOT / "requirements-lock.txt").read_text().splitlines()
+    locked = {line.partition("==")[0] for line in lines if "==" in line}
+    assert {*DECLARED, "setuptools"} <= locked
+
+
 def test_what_has_an_exception_or_is_named_exists():
     for pattern in PROJECT["tool"]["ruff"]["lint"]["per-file-ignores"]:
         assert any(ROOT.glob(pattern)), pattern
