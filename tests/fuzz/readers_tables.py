@@ -70,6 +70,7 @@ def trc_seeds(folder):
     (folder / "raw.trc").write_text("\r\n".join(raw))
     (folder / "blanks.trc").write_text(text.replace("\t", " "))
     (folder / "commas.trc").write_text(text.replace("\t", ","))
+    (folder / "decimal.trc").write_text(text.replace(".", ","))
 
 
 def csv_seeds(folder):
