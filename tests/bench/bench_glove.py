@@ -54,8 +54,8 @@ from handclean.subject.settings import CalibrateConfig
 from handclean.tree import POSE_HEAD
 
 SEEDS = tuple(range(counted("seeds", 3, quick=1)))
-MOST = counted("samples of a rotation, at most", 2000, quick=500, tiny=60)
-EVALUATIONS = counted("evaluations of a fit, at most", 130, quick=40, tiny=5)
+MOST = counted("samples of a rotation, at most", 2000, quick=300, tiny=60)
+EVALUATIONS = counted("evaluations of a fit, at most", 130, quick=20, tiny=5)
 STARTS = counted("starting points of a fit", 3, quick=1)
 FRAMES = counted("frames that a hand is learnt from", 400, quick=200, tiny=40)
 LARGEST = counted("pseudo-inputs, at most", 300, quick=300, tiny=20)

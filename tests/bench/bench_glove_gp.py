@@ -34,7 +34,7 @@ from handclean.simulation.glove import simulate_glove
 from handclean.simulation.settings import SimulateConfig
 
 SEEDS = range(counted("gloves and persons", 3, quick=1))
-SAMPLES = counted("samples", 2000, quick=500, tiny=120)
+SAMPLES = counted("samples", 2000, quick=300, tiny=120)
 MANY = 10 * SAMPLES
 LARGEST = counted("pseudo-inputs, at most", 500, quick=500, tiny=50)
 CLIP = 267

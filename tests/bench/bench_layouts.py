@@ -45,7 +45,7 @@ PEERS = Path(os.environ.get("HANDCLEAN_PEERS", SHARED / "peers"))
 
 SEEDS = counted("seeds of figure 9", 50, quick=2, tiny=1)
 TIMES = counted("runs of which the fastest counts", 3, quick=1)
-PARTICLES = counted("particles", 1000, quick=1000, tiny=60)
+PARTICLES = counted("particles", 1000, quick=400, tiny=60)
 PRECISION = ("thumb_index", "thumb_2_finger", "tripod")
 FULL = LayoutConfig(patience=1000, dimensions=5, particles=PARTICLES)
 CASES = {

@@ -36,8 +36,8 @@ from handclean.simulation.settings import SimulateConfig
 from handclean.simulation.simulate import simulate
 
 ROOT = Path(__file__).parents[2]
-TURNS = counted("turns of both", 5, quick=3)
-TIMES = counted("repetitions in a turn", 5, quick=3)
+TURNS = counted("turns of both", 5, quick=1)
+TIMES = counted("repetitions in a turn", 5, quick=2)
 TAKE = SimulateConfig(duration_s=8.0, rate_hz=100.0, dropouts_per_s=0.5)
 CODES = {"native": {}, "generic": {"NUMBA_CPU_NAME": "generic"}}
 

@@ -212,8 +212,11 @@ def main(given):
     names, mode = arguments(given)
     failed = []
     for name in names:
-        sys.stderr.write(f"bench {name} ...\n")
+        sys.stderr.write(f"bench {name} ... ")
+        sys.stderr.flush()
+        begun = time.monotonic()
         found = measured(name, mode)
+        sys.stderr.write(f"{time.monotonic() - begun:.0f} s\n")
         if found is None:
             failed.append(name)
         elif mode == "tiny":
