@@ -38,13 +38,16 @@ class Trajectories:
     labels : M marker names.
     model : M names of the skeleton each belongs to, or "".
     origin : (T, M) uint8, see `Origin`.
-    sigma : (T, M) float32 [m], standard deviation per axis of filled samples; or None.
+    sigma : (T, M) float32 [m], 68 % half-width of the error per axis of filled samples;
+        or None.
     confidence : (T, M) float32, 0..1, how sure the label is, or None.
     source : (T, M) int32, raw column or point of the source, -1 none; or None.
     residual : (T, M) float32 [m], as the source file had it; or None.
     cameras : (T, M) uint8 camera mask, as the source file had it; or None.
     raw : (T, M, 3) [m] as it was measured what is smoothed (origin 4), NaN elsewhere;
         or None.
+    q95 : (K, 2) length of gaps [s], rising, and how many sigmas hold 95 % of the errors
+        of gaps so long, or None.
     """
 
     positions: Floats
@@ -57,6 +60,7 @@ class Trajectories:
     residual: Floats32 | None = None
     cameras: Bytes | None = None
     raw: Floats | None = None
+    q95: Floats | None = None
 
     def __post_init__(self) -> None:
         frames, markers = self.positions.shape[:2]
@@ -70,6 +74,8 @@ class Trajectories:
                 expect_shape(name, array, frames, markers)
         if self.raw is not None:
             expect_shape("raw", self.raw, frames, markers, 3)
+        if self.q95 is not None:
+            expect_shape("q95", self.q95, "K", 2)
 
     @property
     def measured(self) -> Bools:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from handclean.api import given
-from handclean.api.fill_gaps import of_hands
+from handclean.api.fill_gaps import in_units
 from handclean.api.given import Subjects
 from handclean.api.hands import Hands, uncalibrated
 from handclean.api.label import lost, of_labels, renamed
@@ -64,7 +64,7 @@ def clean_hand(
             name=name,
         )
     of_label = of_labels(labels)
-    of_gaps = {**of_hands([gaps]), **measured.figures}
+    of_gaps = {**in_units(gaps), **measured.figures}
     figures = {**of_label, **of_gaps, **of_motions(filled, [name])}
     return StepResult(
         take=filled,

@@ -1,6 +1,5 @@
-"""Short gaps of labelled takes, filled."""
+"""Gaps of labelled takes, filled."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from handclean.api.verdicts import (
     misplaced,
     untold,
 )
-from handclean.gaps.fill import FillFigures, fill
+from handclean.gaps.fill import FillFigures, fill_take
 from handclean.gaps.measured import clean_measured
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig
@@ -28,7 +27,9 @@ from handclean.recording import Recording
 def fill_hands(
     recording: Recording, hands: Hands, settings: FillConfig, solve: SolveConfig
 ) -> StepResult:
-    """Fill the gaps of every hand, after cleaning measured samples where asked for.
+    """Fill the gaps of every labelled marker.
+
+    Measured samples are cleaned before, where that is asked for.
 
     Parameters
     ----------
@@ -42,50 +43,45 @@ def fill_hands(
     """
     found, prior = hands.subjects, hands.prior
     recording, same = names.matched(recording, names.known_to(found))
-    names.expect_any(recording, found)
-    hidden = expect_seen(recording, found)
+    if found:
+        names.expect_any(recording, found)
+    hidden = expect_seen(recording, found) if found else ()
     misspelt = (*same, *names.misspelt(recording, found))
     measured = clean_measured(recording, settings)
-    recording = measured.take
-    parts = []
-    for name, subject in found.items():
-        recording, part = fill(
-            recording, subject, prior=prior, settings=settings, solve=solve, name=name
-        )
-        parts.append(part)
-    expect_fits(recording, found)
-    expect_sides(recording, found, prior)
+    take, figures = fill_take(
+        measured.take, found, prior=prior, settings=settings, solve=solve
+    )
+    if found:
+        expect_fits(take, found)
+        expect_sides(take, found, prior)
     return StepResult(
-        take=recording,
-        figures={**of_hands(parts), **measured.figures},
+        take=take,
+        figures={**in_units(figures), **measured.figures},
         remarks=(
             *misspelt,
             *measured.remarks,
             *hidden,
             *uncalibrated(found.values()),
-            *doubts(recording, found),
-            *misplaced(recording, found, prior),
-            *untold(recording, found, prior, filled=True),
+            *doubts(take, found),
+            *misplaced(take, found, prior),
+            *untold(take, found, prior, filled=True),
         ),
     )
 
 
-def of_hands(parts: Sequence[FillFigures]) -> dict[str, Any]:
-    """Figures of all hands together."""
-    reasons: dict[str, int] = {}
-    for part in parts:
-        for reason, count in part.reasons.items():
-            reasons[reason] = reasons.get(reason, 0) + count
+def in_units(figures: FillFigures) -> dict[str, Any]:
+    """Figures as they are reported: sigma in millimetres."""
     return {
-        "gaps": sum(part.gaps for part in parts),
-        "filled": sum(part.filled for part in parts),
-        "left_open": sum(part.left_open for part in parts),
-        "missing_samples": sum(part.missing_samples for part in parts),
-        "filled_samples": sum(part.filled_samples for part in parts),
-        "longest_filled_s": max(part.longest_filled_s for part in parts),
-        "sigma_mm": max(1e3 * part.sigma_m for part in parts),
-        "bridged_frames": sum(part.bridged_frames for part in parts),
-        "reasons": reasons,
+        "gaps": figures.gaps,
+        "filled": figures.filled,
+        "left_open": figures.left_open,
+        "missing_samples": figures.missing_samples,
+        "filled_samples": figures.filled_samples,
+        "longest_filled_s": figures.longest_filled_s,
+        "sigma_mm": 1e3 * figures.sigma_m,
+        "bridged_frames": figures.bridged_frames,
+        "filled_by": figures.filled_by,
+        "reasons": figures.reasons,
     }
 
 
@@ -98,7 +94,10 @@ def fill_gaps(
     prior: Path | str | None = None,
     **settings: Any,
 ) -> Recording:
-    """Fill the short gaps of a labelled take, as ``handclean fill-gaps``.
+    """Fill the gaps of a labelled take, as ``handclean fill-gaps``.
+
+    Gaps stay open where the error to expect is over ``max_sigma_m``. Without a subject
+    or marker set the markers are filled from each other alone, and there is no motion.
 
     Measured samples come back bit for bit, unless ``despike`` or ``smooth`` ask for
     others: then those that change have ``markers.origin`` 4 and their measured place in
@@ -125,15 +124,17 @@ def fill_gaps(
     Returns
     -------
     Recording
-        Filled samples have ``markers.origin`` 2 and ``markers.sigma`` (T, M) [m], their
-        standard deviation per axis. ``motions`` has the joint angles, bridged through
-        the gaps; ``events`` and ``remarks`` tell what became of each gap.
+        Filled samples have ``markers.origin`` 2 and ``markers.sigma`` (T, M) [m], the
+        68 % half-width of their error per axis. ``motions`` has the joint angles,
+        bridged through the gaps; ``events`` and ``remarks`` tell what became of each
+        gap.
 
     Raises
     ------
     HandcleanError
-        If the take has none of the markers or no rate, no frame shows enough of them,
-        or what they show is not of a hand's size or of the other side.
+        If the take has no labelled marker, none of a subject's or no rate, no frame
+        shows enough of them, or what they show is not of a hand's size or of the other
+        side.
     UsageError
         If subjects or settings are not what they should be.
 
@@ -147,6 +148,6 @@ def fill_gaps(
     """
     classes = {"fill": FillConfig, "solve": SolveConfig}
     chosen = sorted_settings("fill_gaps", classes, settings)
-    hands = given.hands(subjects, marker_set, side, prior)
+    hands = given.hands(subjects, marker_set, side, prior, least=0)
     done = fill_hands(take, hands, chosen["fill"], chosen["solve"])
     return recorded("fill-gaps", take, done, hands, chosen)

@@ -39,7 +39,7 @@ def hands(
         given.
     side : of the template hand; "" for the marker set's.
     prior : file of a posture prior; None for the one that ships.
-    least : how many markers each hand should have.
+    least : how many markers each hand should have; 0 where none need be given.
     with_prior : whether they are solved with a prior.
 
     Raises
@@ -51,13 +51,13 @@ def hands(
         If the marker set or the prior is not what it should be.
     """
     found = [subjects] if isinstance(subjects, Subject) else list(subjects)
-    if bool(found) == bool(marker_set):
+    if (found and marker_set) or (least and not found and not marker_set):
         raise UsageError(
             "give either a subject, which calibrate_hand makes, or a marker_set, which "
             "the template hand then has",
             where="subjects",
         )
-    if side not in ("", "left", "right") or (side and found):
+    if side not in ("", "left", "right") or (side and not marker_set):
         right = "it is left or right, of the template hand only"
         raise UsageError(f"cannot be '{side}' here; {right}", where="side")
     identities = [identity(subject) for subject in found]

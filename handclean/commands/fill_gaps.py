@@ -1,4 +1,4 @@
-"""Labelled takes with their short gaps filled."""
+"""Labelled takes with their gaps filled."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,14 +11,15 @@ from handclean.runner.outcome import Outcome
 from handclean.runner.steps import step
 
 FIGURES = {
-    "gaps": "gaps of the subjects' markers",
+    "gaps": "gaps of labelled markers",
     "filled": "gaps that were filled",
     "left_open": "gaps that were not",
     "missing_samples": "samples in all gaps",
     "filled_samples": "samples in the filled ones",
     "longest_filled_s": "length of the longest filled gap",
-    "sigma_mm": "median sigma of filled samples, per axis, of the worse hand",
+    "sigma_mm": "median sigma of filled samples, per axis",
     "bridged_frames": "frames in which a joint was interpolated",
+    "filled_by": "how many gaps each source filled",
     "reasons": "how many gaps were left open, by reason",
     "despiked": "measured samples that were spikes and are interpolated",
     "smoothed": "measured samples that were smoothed",
@@ -26,9 +27,9 @@ FIGURES = {
 
 
 def fill_gaps(source: Source, settings: Filling) -> Outcome:
-    """Fill the gaps of every hand."""
+    """Fill the gaps of every labelled marker."""
     recording = sessions.read(source)
-    sought = hands.of_source(source)
+    sought = hands.of_source_if_any(source)
     with step("fill and solve"):
         done = fill_hands(recording, sought, settings.fill, settings.solve)
     return sessions.outcome(

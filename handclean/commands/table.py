@@ -59,7 +59,7 @@ COMMANDS = {
         _command("inspect", reads=BY_SUFFIX),
         _command("clean", RECORDINGS, SESSION, ENOUGH),
         _command("label", RECORDINGS, SESSION, ENOUGH),
-        _command("fill-gaps", RECORDINGS, SESSION, HAND),
+        _command("fill-gaps", RECORDINGS, SESSION, Needs(marked=True)),
         _command("solve", RECORDINGS, SESSION, HAND),
         _command("calibrate-hand markers", (H5,), SUBJECT, Needs(marker_set=True)),
         _command("calibrate-hand scan", (H5,), SUBJECT),

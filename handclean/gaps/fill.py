@@ -1,39 +1,48 @@
-"""Fill the short gaps of a labelled take: the entry of this package."""
+"""Fill the gaps of a labelled take: the entry of this package.
+
+Every gap of every labelled marker is filled, and stays open where the error to be
+expected is too large. What error to expect, the take tells: pseudo-gaps like its own
+are filled and compared with what was measured (`pseudo`, `doubt`).
+
+The method "auto" has several sources: the take's own regression (`regression`), the
+bridged posture of a subject (`follow_posture`), and the marker's path of least
+acceleration. One after another is asked for the gaps that those before it cannot fill
+well enough, and the one that expects the least error fills the gap. (Averaging them,
+each weighed by its precision on pseudo-gaps, was tried: 3 % more error than the
+regression alone, which is the best of them in nearly every gap, and the posture takes
+ten times as long.)
+"""
 
 from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handclean.arrays import Bools, Floats
 from handclean.errors import TAKE, HandcleanError
-from handclean.gaps import baselines, follow_posture
-from handclean.gaps.filler import Filler, Refused, Scene
-from handclean.gaps.posture import Posture, SolvedTake, bridge_posture
-from handclean.gaps.runs import Gap, Limits, gaps_of, seen_in
+from handclean.gaps.fill_tracks import FilledTracks, JudgedGap, fill_tracks
+from handclean.gaps.hand import (
+    BridgedHand,
+    HandOfTake,
+    bridge_hand,
+    motion_of,
+)
+from handclean.gaps.runs import Limits
 from handclean.gaps.samples import with_samples
 from handclean.gaps.settings import FillConfig
-from handclean.hand.model import Model, marker_positions
+from handclean.gaps.tracks import Tracks
 from handclean.hand.subject import Subject
-from handclean.ik.decide import DECIDED_SD
-from handclean.ik.doubt import AngleUncertainty, uncertainty_of_take, zero_sigma
-from handclean.ik.noise import marker_noise
 from handclean.ik.prior import PosturePrior, knowing
-from handclean.ik.residual_test import plausible
 from handclean.ik.settings import SolveConfig
-from handclean.ik.solve import Solution, markers_of, solve_markers
-from handclean.recording import Event, Motion, Recording, motion_from_poses
+from handclean.ik.solve import expect_markers
+from handclean.recording import Event, Recording
 
-FILLERS: dict[str, Filler] = {
-    "min-acceleration": follow_posture.follow,
-    "coupled": follow_posture.follow,  # of another posture, see `bridge_posture`
-    "linear": baselines.linear,
-    "cubic": baselines.cubic,
-    "spline": baselines.spline,
-    "pattern": baselines.pattern,
-    "rigid": baselines.rigid,
-}
-"""Ways to fill, by the name the setting ``method`` has for them."""
+POSTURE_GAP_S = 0.5
+"""[s] longest stretch over which joints are bridged, where no longest gap is asked for.
+Beyond it a path of least acceleration tells next to nothing (table "gaps")."""
+
+UNNAMED = "*"
+"""Columns that a file gives no name are called "*1", "*2", ..."""
 
 KIND = "gap"
 """Of every event of this package."""
@@ -46,11 +55,12 @@ class FillFigures:
     Attributes
     ----------
     method : name of the filler.
-    gaps : gaps of the subject's markers; filled : how many of them were filled.
+    gaps : gaps of labelled markers; filled : how many of them were filled.
     missing_samples, filled_samples : samples in all gaps, in the filled ones.
     longest_filled_s : [s]
     sigma_m : [m] median sigma, per axis, of filled samples; 0 if none has one.
     bridged_frames : frames in which some joint or the root was interpolated.
+    filled_by : how many gaps each source filled.
     reasons : how many gaps were left open, by reason.
     """
 
@@ -62,24 +72,13 @@ class FillFigures:
     longest_filled_s: float
     sigma_m: float
     bridged_frames: int
+    filled_by: dict[str, int]
     reasons: dict[str, int]
 
     @property
     def left_open(self) -> int:
         """Gaps that were not filled."""
         return self.gaps - self.filled
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Filled:
-    """Gaps with what became of them; (T, M, 3) [m] samples, (T, M) [m] their sigma.
-
-    Sigma is per axis, as in `handclean.recording.Trajectories`.
-    """
-
-    gaps: list[Gap]
-    places: Floats
-    sigma: Floats
 
 
 def fill(
@@ -91,208 +90,167 @@ def fill(
     solve: SolveConfig | None = None,
     name: str = "",
 ) -> tuple[Recording, FillFigures]:
-    """Fill the short gaps of one hand's markers.
+    """Fill the gaps of a take of one hand, see `fill_take`."""
+    name = name or subject.model.tree.side or subject.model.tree.kind
+    return fill_take(
+        recording, {name: subject}, prior=prior, settings=settings, solve=solve
+    )
 
-    The take is solved anew from its measured samples; samples filled earlier count as
-    missing, so that filling twice is filling once. Measured samples come back bit for
-    bit. A rejected sample (origin 3) that a fill replaces moves to the unlabelled
-    points. Samples filled by the default method have a sigma: how far from the truth
-    to expect them, per axis. The bridged motion comes with the take, and
+
+def fill_take(
+    recording: Recording,
+    subjects: Mapping[str, Subject],
+    *,
+    prior: PosturePrior | None = None,
+    settings: FillConfig | None = None,
+    solve: SolveConfig | None = None,
+) -> tuple[Recording, FillFigures]:
+    """Fill the gaps of a take's labelled markers.
+
+    A subject's hand is solved anew from its measured samples; samples filled earlier
+    count as missing, so that filling twice is filling once. Measured samples come back
+    bit for bit. A rejected sample (origin 3) that a fill replaces moves to the
+    unlabelled points. Filled samples have a sigma: the 68 % half-width of their error
+    per axis. The bridged motion of each subject comes with the take, and
     ``angles_sigma``: what markers, paths and prior leave open and the constant error of
     each joint's zero (see `ik.doubt`); none where nothing tells of a joint.
 
     Parameters
     ----------
     recording : a labelled take.
-    subject : whose hand, with which markers.
+    subjects : by the name of skeleton and motion; none where no hand is known.
     prior : posture subspace for joints the markers never decide.
     settings, solve : of the filling, of inverse kinematics.
-    name : of the skeleton and motion; the hand's side when not given.
 
     Raises
     ------
     HandcleanError
-        If the take has none of the subject's markers, or no rate.
+        If the take has no labelled marker, none of a subject's, or no rate; or if the
+        method needs a subject and there is none.
     """
-    settings = settings or FillConfig()
-    solve = solve or SolveConfig()
+    settings, solve = settings or FillConfig(), solve or SolveConfig()
     if not recording.rate > 0.0:
         raise HandcleanError(
-            f"its rate is {recording.rate} Hz; gaps are limited in seconds, so "
+            f"its rate is {recording.rate} Hz; speeds and lengths of gaps need it, so "
             "it should be above 0",
             where=TAKE,
         )
+    hands = hands_of(recording, subjects, prior, settings, solve)
+    tracks = tracks_of(recording, subjects)
+    bridged = {name: bridge_hand(hand, tracks) for name, hand in hands.items()}
+    done = fill_tracks(tracks, list(bridged.values()), settings)
+    places = np.full(tracks.positions.shape, np.nan)
+    sigma = np.full(tracks.seen.shape, np.nan)
+    for one in done.gaps:
+        if one.path is not None and not one.gap.refused:
+            rows = slice(one.gap.start, one.gap.stop)
+            places[rows, one.gap.column] = one.path.places
+            sigma[rows, one.gap.column] = one.path.spread
+    labels = names_of(recording)
+    whole = recording.markers.labels if recording.markers else ()
+    columns = {m: whole.index(label) for m, label in enumerate(labels)}
+    motions = {name: motion_of(hand) for name, hand in bridged.items()}
+    skeletons = {name: subject.model.tree for name, subject in subjects.items()}
+    filled = replace(
+        with_samples(recording, columns, places, sigma, done.q95),
+        skeletons={**recording.skeletons, **skeletons},
+        motions={**recording.motions, **motions},
+        events=_events(recording, labels, done.gaps),
+    )
+    return filled, _figures(done, bridged.values(), settings.method, recording.rate)
+
+
+def names_of(recording: Recording) -> tuple[str, ...]:
+    """Return the names of a take's labelled markers, not of columns without a name.
+
+    Raises
+    ------
+    HandcleanError
+        If there is none.
+    """
+    labels = () if recording.markers is None else recording.markers.labels
+    names = tuple(label for label in labels if not label.startswith(UNNAMED))
+    if not names:
+        raise HandcleanError(
+            "has no labelled markers; 'handclean label' names them", where=TAKE
+        )
+    return names
+
+
+def tracks_of(recording: Recording, subjects: Mapping[str, Subject]) -> Tracks:
+    """Return the measured samples of a take's labelled markers, see `names_of`."""
+    labels, markers = names_of(recording), recording.markers
+    assert markers is not None
+    columns = [markers.labels.index(label) for label in labels]
+    measured = markers.measured[:, columns, None]
+    bones, base = np.full(len(labels), -1), 0
+    for subject in subjects.values():
+        of_label = dict(zip(subject.model.labels, subject.model.bone, strict=True))
+        for m, label in enumerate(labels):
+            if label in of_label:
+                bones[m] = base + of_label[label]
+        base += len(subject.model.tree.parents)
+    return Tracks(
+        positions=np.where(measured, markers.positions[:, columns], np.nan),
+        rate=recording.rate,
+        bones=bones,
+    )
+
+
+def hands_of(
+    recording: Recording,
+    subjects: Mapping[str, Subject],
+    prior: PosturePrior | None,
+    settings: FillConfig,
+    solve: SolveConfig,
+) -> dict[str, HandOfTake]:
+    """Return the hands of a take, with what of their joints may be bridged.
+
+    Raises
+    ------
+    HandcleanError
+        If the take has none of a subject's markers.
+    """
     limits = Limits(
-        longest=int(round(settings.max_gap_s * recording.rate, 6)),
+        longest=int(round((settings.max_gap_s or POSTURE_GAP_S) * recording.rate, 6)),
         seed=settings.seed_frames,
         rate=recording.rate,
     )
-    model, positions = subject.model, markers_of(recording, subject.model)
-    prior = knowing(prior, model.tree.hinges)
-    labels = recording.markers.labels if recording.markers else ()
-    columns = {
-        m: labels.index(label)
-        for m, label in enumerate(model.labels)
-        if label in labels
-    }
-    seen = seen_in(positions)
-    gaps = [gap for gap in gaps_of(seen, limits) if gap.column in columns]
-    solution = solve_markers(model, positions, prior=prior, settings=solve)
-    noise = marker_noise(model, positions, solution, subject.marker_sigma)
-    posture = bridge_posture(
-        SolvedTake(
-            model=model,
-            positions=positions,
-            expected=_expected(seen, gaps),
-            solution=solution,
-            noise=noise,
-        ),
-        limits,
-        follows=prior is not None,
-        coupled=settings.method == "coupled",
-        settings=solve,
-    )
-    away = positions - marker_positions(model, posture.poses)
-    scene = Scene(
-        positions=positions, model=model, posture=posture, limits=limits, noise=noise
-    )
-    done = _fill_gaps(scene, gaps, settings.method)
-    name = name or model.tree.side or model.tree.kind
-    filled = replace(
-        with_samples(recording, columns, done.places, done.sigma),
-        skeletons={**recording.skeletons, name: model.tree},
-        motions={
-            **recording.motions,
-            name: _motion(
-                away,
-                posture,
-                solution,
-                subject,
-                _doubt(
-                    subject, positions, posture, solution, noise, prior, solve.prior_m
-                ),
-                prior=prior is not None,
-            ),
-        },
-        events=_events(recording, model, done.gaps, settings.method),
-    )
-    return filled, _figures(done, posture, settings.method, recording.rate)
-
-
-def _expected(seen: Bools, gaps: list[Gap]) -> Bools:
-    """(T, M) samples that are measured or missing only in a gap that may be filled."""
-    expected = seen.copy()
-    for gap in gaps:
-        if not gap.refused:
-            expected[gap.start : gap.stop, gap.column] = True
-    return expected
-
-
-def _fill_gaps(scene: Scene, gaps: list[Gap], method: str) -> _Filled:
-    """Fill what can be filled; say of the rest why not."""
-    places = np.full(scene.positions.shape, np.nan)
-    sigma = np.full(scene.positions.shape[:2], np.nan)
-    judged = []
-    for gap in gaps:
-        why = gap.refused
-        if not why:
-            rows = slice(gap.start, gap.stop)
-            try:
-                places[rows, gap.column] = FILLERS[method](scene, gap)
-            except Refused as no:
-                why = str(no)
-            if not why and FILLERS[method] is follow_posture.follow:
-                square = scene.posture.marker_variance[rows, gap.column]
-                # square [m^2] is of the distance: a third of it is that of one axis.
-                variance = square / 3.0 + scene.posture.leftovers.at(gap.frames)
-                sigma[rows, gap.column] = np.sqrt(variance)
-        judged.append(replace(gap, refused=why))
-    return _Filled(gaps=judged, places=places, sigma=sigma)
-
-
-def _doubt(
-    subject: Subject,
-    positions: Floats,
-    posture: Posture,
-    solution: Solution,
-    noise: Floats,
-    prior: PosturePrior | None,
-    nominal_m: float,
-) -> AngleUncertainty:
-    """How uncertain angles are, without the constant offset of each angle.
-
-    See `uncertainty_of_take`; what is bridged is as sure as its path. A 0 for a bridged
-    frame says that its path has been judged already.
-    """
-    found = uncertainty_of_take(
-        subject, positions, posture.poses, solution, noise, prior, nominal_m
-    )
-    bridged = posture.bridged
-    return AngleUncertainty(
-        root=np.where(posture.bridged_root, 0.0, found.root),
-        hinges=np.where(bridged, posture.sigma, found.hinges),
-        off=np.where(bridged, 0.0, found.off),
-    )
-
-
-def _motion(
-    away: Floats,
-    posture: Posture,
-    solution: Solution,
-    subject: Subject,
-    uncertainty: AngleUncertainty,
-    *,
-    prior: bool,
-) -> Motion:
-    """Return the bridged motion.
-
-    A frame is trusted if all of these hold:
-
-    - markers and prior decide the posture, as in `solve`, or it was bridged;
-    - the root is known;
-    - with a prior, no doubt about root or hinges is beyond `DECIDED_SD`;
-    - the residual is one that the subject's markers may have.
-    """
-    square = np.sum(away * away, axis=2)
-    seen = np.isfinite(square)
-    count = seen.sum(axis=1)
-    mean = np.nansum(square, axis=1) / np.maximum(count, 1)
-    residual = np.where(count > 0, np.sqrt(mean), np.nan)
-    sigma = uncertainty.hinges
-    known = solution.decided | posture.bridged_root
-    if prior:
-        known |= posture.bridged.any(axis=1)
-        known &= (uncertainty.root <= DECIDED_SD.root_rad) & (
-            sigma <= DECIDED_SD.hinge_rad
-        ).all(axis=1)
-        known &= (uncertainty.off <= DECIDED_SD.hinge_rad).all(axis=1)
-    known &= ~posture.open_root
-    return motion_from_poses(
-        subject.model.tree.hinges,
-        posture.poses,
-        angles_sigma=np.sqrt(sigma**2 + zero_sigma(subject) ** 2),
-        trusted=known & plausible(subject, seen, residual),
-        residual=residual,
-    )
+    found = {}
+    for name, subject in subjects.items():
+        expect_markers(recording, subject.model)
+        labels = names_of(recording)
+        found[name] = HandOfTake(
+            subject=subject,
+            columns={
+                m: labels.index(label)
+                for m, label in enumerate(subject.model.labels)
+                if label in labels
+            },
+            prior=knowing(prior, subject.model.tree.hinges),
+            limits=limits,
+            coupled=settings.method != "min-acceleration",
+            solve=solve,
+        )
+    return found
 
 
 def _events(
-    recording: Recording, model: Model, gaps: list[Gap], method: str
+    recording: Recording, labels: Sequence[str], judged: Sequence[JudgedGap]
 ) -> tuple[Event, ...]:
     """Events of a take with those of its gaps in place of an earlier run's."""
     kept = [
         event
         for event in recording.events
-        if event.kind != KIND or event.marker not in model.labels
+        if event.kind != KIND or event.marker not in labels
     ]
-    for gap in gaps:
-        marker = model.labels[gap.column]
-        what = f"left open, {gap.refused}" if gap.refused else f"filled by {method}"
+    for one in judged:
+        marker = labels[one.gap.column]
         kept.append(
             Event(
-                start=gap.start,
-                stop=gap.stop,
-                text=f"gap in {marker}: {what}",
+                start=one.gap.start,
+                stop=one.gap.stop,
+                text=f"gap in {marker}: {_what_became(one)}",
                 kind=KIND,
                 marker=marker,
             )
@@ -300,19 +258,35 @@ def _events(
     return tuple(sorted(kept, key=lambda event: (event.start, event.stop)))
 
 
-def _figures(done: _Filled, posture: Posture, method: str, rate: float) -> FillFigures:
-    filled = [gap.frames for gap in done.gaps if not gap.refused]
-    sigma = done.sigma[np.isfinite(done.sigma)]
-    why = Counter(gap.refused for gap in done.gaps if gap.refused)
-    bridged = posture.bridged.any(axis=1) | posture.bridged_root
+def _what_became(one: JudgedGap) -> str:
+    """Say what filled a gap and how far off to expect it, or why it is open."""
+    expected = f"expected error {1e3 * one.expected_m:.2g} mm per axis"
+    if one.gap.refused:
+        unsure = "" if one.path is None else f"; {expected}"
+        return f"left open, {one.gap.refused}{unsure}"
+    return f"filled by {one.source}; {expected}"
+
+
+def _figures(
+    done: FilledTracks, bridged: Iterable[BridgedHand], method: str, rate: float
+) -> FillFigures:
+    filled = [one for one in done.gaps if not one.gap.refused]
+    sigma = [one.path.spread for one in filled if one.path is not None]
+    by = Counter(one.source for one in filled)
+    why = Counter(one.gap.refused for one in done.gaps if one.gap.refused)
+    postures = [hand.scene.posture for hand in bridged]
     return FillFigures(
         method=method,
         gaps=len(done.gaps),
         filled=len(filled),
-        missing_samples=sum(gap.frames for gap in done.gaps),
-        filled_samples=sum(filled),
-        longest_filled_s=max(filled, default=0) / rate,
-        sigma_m=float(np.median(sigma)) if len(sigma) else 0.0,
-        bridged_frames=int(bridged.sum()),
+        missing_samples=sum(one.gap.frames for one in done.gaps),
+        filled_samples=sum(one.gap.frames for one in filled),
+        longest_filled_s=max((one.gap.frames for one in filled), default=0) / rate,
+        sigma_m=float(np.median(np.concatenate(sigma))) if sigma else 0.0,
+        bridged_frames=sum(
+            int((part.bridged.any(axis=1) | part.bridged_root).sum())
+            for part in postures
+        ),
+        filled_by=dict(by.most_common()),
         reasons=dict(why.most_common()),
     )

@@ -3,9 +3,10 @@
 import numpy as np
 
 from handclean.arrays import Floats
-from handclean.gaps.filler import Refused, Scene
 from handclean.gaps.posture import what_is_open
 from handclean.gaps.runs import Gap
+from handclean.gaps.scene import Scene
+from handclean.gaps.tracks import Refused
 
 FADE = 4.0
 """[frames] within which a filled path leaves the noise of its end samples behind

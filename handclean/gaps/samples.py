@@ -15,7 +15,11 @@ _BLANK = {"source": -1, "residual": 0.0, "cameras": 0}
 
 
 def with_samples(
-    recording: Recording, columns: Mapping[int, int], places: Floats, sigma: Floats
+    recording: Recording,
+    columns: Mapping[int, int],
+    places: Floats,
+    sigma: Floats,
+    q95: Floats | None = None,
 ) -> Recording:
     """Return a take whose samples of some markers are filled where they were missing.
 
@@ -27,6 +31,7 @@ def with_samples(
     columns : the take's column of each column of ``places``.
     places : (T, M, 3) [m], NaN where nothing was filled.
     sigma : (T, M) [m] of the filled samples per axis, NaN where it is not known.
+    q95 : (K, 2) length of gaps [s] and how many sigmas hold 95 % of the errors.
     """
     markers = recording.markers
     assert markers is not None
@@ -45,7 +50,12 @@ def with_samples(
         spread[new, ours] = sigma[new, theirs]
     moved = filled & (origin == Origin.REJECTED) & seen_in(markers.positions)
     origin[filled] = Origin.FILLED
-    parts: dict[str, Any] = {"positions": positions, "origin": origin, "sigma": spread}
+    parts: dict[str, Any] = {
+        "positions": positions,
+        "origin": origin,
+        "sigma": spread,
+        "q95": q95,
+    }
     for part, blank in _BLANK.items():
         if (array := getattr(markers, part)) is not None:
             parts[part] = np.where(filled, np.array(blank, array.dtype), array)

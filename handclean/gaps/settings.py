@@ -5,16 +5,27 @@ from typing import Annotated
 
 from handclean.settings import Limits, Words, expect_limits
 
+POSTURE_METHODS = ("min-acceleration", "coupled")
+"""Ways to fill that follow the posture of a hand."""
+
 METHODS = (
-    "min-acceleration",
-    "coupled",
+    "auto",
+    "take",
+    *POSTURE_METHODS,
+    "last",
+    "average",
+    "affine",
     "linear",
     "cubic",
+    "c1",
     "spline",
     "pattern",
     "rigid",
+    "pca",
+    "kalman",
+    "ridge",
 )
-"""Names of the ways to fill; ``handclean.gaps.fill.FILLERS`` holds the functions."""
+"""Names of the ways to fill; ``handclean.gaps.fill.sources_of`` knows the functions."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,13 +33,18 @@ class FillConfig:
     """Settings of ``fill-gaps``."""
 
     method: Annotated[str, f"How to fill: {', '.join(METHODS)}.", Words(METHODS)] = (
-        "coupled"
+        "auto"
     )
+    max_sigma_m: Annotated[
+        float,
+        "Error per axis to expect of a gap that is filled, at most; others stay open.",
+        Limits(above=0.0, unit="m"),
+    ] = 0.003
     max_gap_s: Annotated[
         float,
-        "Longest gap to fill; longer ones stay open.",
+        "Longest gap to fill; 0: as long as --max-sigma-m allows.",
         Limits(least=0.0, unit="s"),
-    ] = 0.5
+    ] = 0.0
     seed_frames: Annotated[
         int,
         "Measured frames a gap needs on each side, within twice as many frames; "

@@ -28,7 +28,7 @@ from handclean.kernels.gauss_newton import (
     Subspace,
     make_workspace,
 )
-from handclean.recording import Recording
+from handclean.recording import Recording, Trajectories
 
 MIN_TAKE_NOISE_M = 1e-4
 """[m] noise of all markers of a take per axis is not taken to be less. Chosen."""
@@ -237,6 +237,25 @@ def _noise(model: Model, targets: Floats, residual: Floats) -> float:
     return max(float(np.sqrt(np.median(square))), MIN_TAKE_NOISE_M)
 
 
+def expect_markers(recording: Recording, model: Model) -> Trajectories:
+    """Return the labelled markers of a take that has some of a model's.
+
+    Raises
+    ------
+    HandcleanError
+        If the take has no labelled markers, or none of the model's.
+    """
+    found = recording.markers
+    if found is None or not any(label in model.labels for label in found.labels):
+        has = ", ".join(found.labels[:6]) if found is not None else ""
+        raise HandcleanError(
+            f"none of the subject's markers ({', '.join(model.labels[:4])}, ...) "
+            f"are in it; it has {has or 'no labelled markers'}",
+            where=TAKE,
+        )
+    return found
+
+
 def markers_of(
     recording: Recording, model: Model, *, measured_only: bool = True
 ) -> Floats:
@@ -255,14 +274,7 @@ def markers_of(
     HandcleanError
         If the take has no labelled markers, or none of the model's.
     """
-    found = recording.markers
-    if found is None or not any(label in model.labels for label in found.labels):
-        has = ", ".join(found.labels[:6]) if found is not None else ""
-        raise HandcleanError(
-            f"none of the subject's markers ({', '.join(model.labels[:4])}, ...) "
-            f"are in it; it has {has or 'no labelled markers'}",
-            where=TAKE,
-        )
+    found = expect_markers(recording, model)
     seen: Bools = found.measured if measured_only else found.origin > 0
     out = np.full((recording.frames, len(model.labels), 3), np.nan)
     for column, label in enumerate(model.labels):

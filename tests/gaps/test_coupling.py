@@ -91,7 +91,9 @@ def test_fingers_that_close_together_tell_of_each_other(scenes, rng):
     take = scenes.without(noisy, *gaps)
     error = {}
     for method in ("min-acceleration", "coupled"):
-        found = fill(take, scenes.subject, settings=FillConfig(method=method))[0]
+        found = fill(
+            take, scenes.subject, settings=FillConfig(method=method, max_sigma_m=1.0)
+        )[0]
         away = found.markers.positions - whole.markers.positions
         new = found.markers.origin == 2
         error[method] = np.linalg.norm(away, axis=2)[new].mean()

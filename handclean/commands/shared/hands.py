@@ -214,6 +214,14 @@ def of_source(source: Source, *, least: int = 1, with_prior: bool = True) -> Han
     )
 
 
+def of_source_if_any(source: Source) -> Hands:
+    """Return the hands of a source that may name none; as `of_source` else."""
+    options = options_of(source)
+    if options.subjects or options.marker_set:
+        return of_source(source)
+    return Hands(subjects={}, identities={}, prior=None)
+
+
 def of_only_source(source: Source) -> Hands:
     """Return the only hand of a source, with markers enough to label.
 

@@ -16,11 +16,13 @@ class Needs:
     Attributes
     ----------
     hand : whether it needs a hand with markers.
+    marked : whether hands should have markers, where one is given.
     markers : how many, where one is too few.
     marker_set : whether it needs to know what markers are called.
     """
 
     hand: bool = False
+    marked: bool = False
     markers: int = 1
     marker_set: bool = False
 
@@ -40,7 +42,8 @@ class Needs:
             raise UsageError(wrong, where="--subject-for")
         if options.subjects or options.marker_set or "prior" in batch.files:
             hands = import_module("handclean.commands.shared.hands")  # late
-            hands.check(batch, marked=self.hand, least=self.markers)
+            marked = self.hand or self.marked
+            hands.check(batch, marked=marked, least=self.markers)
         of_takes = [options_of(source) for task in tasks for source in task.sources]
         if not of_takes or any(take.marker_set for take in of_takes):
             return

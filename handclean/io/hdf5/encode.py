@@ -41,6 +41,8 @@ def put(group: h5py.Group, part: Part, where: Place) -> None:
             kind, values, units = _encoded(item, inner)
             dataset = group.create_dataset(key, data=values, **storage_of(values))
             put_attrs(dataset, {"units": units} | ({"kind": kind} if kind else {}))
+            for key, table in getattr(item, "tables", {}).items():
+                dataset.attrs[key] = _checked(table, inner)
 
 
 def put_attrs(target: h5py.HLObject, attrs: Mapping[str, Fact]) -> None:

@@ -30,6 +30,7 @@ from typing import Any
 from urllib.parse import unquote
 
 import h5py
+import numpy as np
 
 from handclean.errors import FileError, Place
 from handclean.io.hdf5 import seal, walker
@@ -215,7 +216,12 @@ class _File:
                 return values[()]
             case "bool" | "int" | "float" if values.ndim == 0:
                 return values.item()
-        return Array(values, units)
+        tables = {
+            name: np.array(rows)
+            for name, rows in node["attrs"].items()
+            if isinstance(rows, list)
+        }
+        return Array(values, units, tables)
 
 
 @contextmanager

@@ -28,10 +28,14 @@ def within(where: Where, name: str) -> Place | str:
 
 @dataclass(frozen=True)
 class Array:
-    """Numbers and their unit; "" for numbers that have none."""
+    """Numbers and their unit; "" for numbers that have none.
+
+    ``tables``: small arrays that belong to them, by name.
+    """
 
     values: NDArray[Any]
     units: str = ""
+    tables: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -115,6 +119,29 @@ class Part:
                 raise self.fail(f"{name} holds numbers beyond {wanted}")
         with np.errstate(invalid="ignore"):  # a signalling NaN
             return values.astype(wanted)
+
+    def table(self, name: str, of: str, columns: int) -> NDArray[Any] | None:
+        """Return a small table of finite numbers of an array; None if it has none.
+
+        Parameters
+        ----------
+        of : the array; columns : as many the table should have.
+
+        Raises
+        ------
+        FileError
+            If it is no such table.
+        """
+        found = self.items.get(of)
+        values = found.tables.get(name) if isinstance(found, Array) else None
+        if values is None:
+            return None
+        if values.ndim != 2 or values.shape[1] != columns:
+            shape = f"(any, {columns})"
+            raise self.fail(f"{name} of {of} has shape {values.shape}", f"not {shape}")
+        if not np.isfinite(values).all():
+            raise self.fail(f"{name} of {of} holds numbers that are not finite")
+        return values
 
     def texts(self, name: str, count: int | None = None) -> tuple[str, ...]:
         """Return a list of texts.

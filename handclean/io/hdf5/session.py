@@ -137,6 +137,7 @@ def _markers(part: Part, frames: int, *, distances: bool) -> Trajectories | None
         model=part.names("model", len(labels)) if part.has("model") else blank,
         origin=origin,
         raw=_optional(part, "raw", "m", np.float64, *shape, 3),
+        q95=part.table("q95", "sigma", 2),
         **arrays,
     )
 

@@ -74,6 +74,8 @@ def _markers_part(markers: Trajectories) -> Part:
             items[name] = Array(values, units)
     if markers.raw is not None:
         items["raw"] = Array(markers.raw, "m")
+    if markers.sigma is not None and markers.q95 is not None:
+        items["sigma"] = Array(markers.sigma, "m", {"q95": markers.q95})
     return Part(items=items)
 
 

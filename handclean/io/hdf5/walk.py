@@ -22,6 +22,7 @@ one of
 import os
 from collections.abc import Callable
 from itertools import islice
+from math import prod
 from typing import Any, BinaryIO
 
 import h5py
@@ -46,6 +47,9 @@ _MOST_AXES, _MOST_FILTERS = 8, 4
 """Axes and filters of a dataset, at most (chosen)."""
 
 _FILTERS = {1, 2, 3}  # deflate, shuffle, fletcher32
+
+_MOST_TABLE_VALUES = 256
+"""Numbers of an attribute that is a table, at most (chosen)."""
 
 _UNSTORED_BYTES = 2**20
 """[bytes] that a dataset may claim whatever is stored of it (chosen)."""
@@ -173,8 +177,8 @@ class _Walk:
                 raise Refused(inner, "is neither group nor dataset")
         return {"attrs": self.attrs(group, where) if depth else {}, "items": items}
 
-    def attrs(self, target: Any, where: str) -> dict[str, Any]:
-        """Read the attributes that are single texts or numbers."""
+    def attrs(self, target: Any, where: str, *, tables: bool = False) -> dict[str, Any]:
+        """Read the attributes that are single texts or numbers; small tables, if so."""
         attrs: dict[str, Any] = {}
         count = h5py.h5a.get_num_attrs(target)
         self._attrs -= count
@@ -183,16 +187,21 @@ class _Walk:
         for number in range(count):
             stored = h5py.h5a.open(target, index=number)
             shape, dtype = stored.shape, stored.dtype
-            if shape not in ((), (1,)):
+            is_table = shape not in ((), (1,))
+            small = tables and shape and 0 < prod(shape) <= _MOST_TABLE_VALUES
+            if is_table and not small:
                 continue
-            self._spend(where, dtype.itemsize)
+            self._spend(where, dtype.itemsize * max(prod(shape), 1))
             is_text = dtype.kind == "S" or h5py.check_string_dtype(dtype)
-            if not is_text and dtype.kind not in "biuf":
+            if dtype.kind not in "biuf" and (is_table or not is_text):
                 continue
             value = np.zeros(shape, dtype=dtype)
             stored.read(value)
-            one = value.reshape(-1)[0]
             name = stored.name.decode("utf-8", "surrogateescape")
+            if is_table:
+                attrs[name] = value.astype(np.float64).tolist()
+                continue
+            one = value.reshape(-1)[0]
             if is_text:
                 self._spend(where, len(one))
                 attrs[name] = decoded(_bytes(one))
@@ -222,7 +231,7 @@ class _Walk:
         table = chunk_table(stored, shape) if chunk else None
         claim = Claim(shape, chunk, dtype.itemsize, table, stored.get_storage_size())
         self._expect_stored(claim, where)
-        found = {"attrs": self.attrs(stored, where)}
+        found = {"attrs": self.attrs(stored, where, tables=True)}
         if is_text:
             return {**found, **self._texts(h5py.Dataset(stored), chunk, where)}
         found |= {"shape": shape, "dtype": dtype.str}

@@ -1,6 +1,5 @@
-"""What a filler may look at, and how it says no."""
+"""What a filler of a hand's markers looks at: samples, model and bridged posture."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,10 +8,6 @@ from handclean.arrays import Bools, Floats
 from handclean.gaps.posture import Posture
 from handclean.gaps.runs import Gap, Limits, seen_in
 from handclean.hand.model import Model
-
-
-class Refused(Exception):
-    """A gap that a filler cannot fill, and why."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +37,3 @@ class Scene:
     def seen_through(self, gap: Gap) -> Bools:
         """(M,) which markers are in sight in all of a gap and at both its ends."""
         return np.asarray(self.seen[gap.start - 1 : gap.stop + 1].all(axis=0))
-
-
-Filler = Callable[[Scene, Gap], Floats]
-"""Gives the (N, 3) [m] places of a marker in a gap that is not refused, so that known
-samples enclose it; raises `Refused`. It changes nothing."""

@@ -1,0 +1,201 @@
+"""What the other markers show in each frame, seen from the body they move with.
+
+Markers near-rigid with the hidden one count most ::
+
+    w_i = 1 / (d_i^2 + (0.3 median d + 0.05 mm)^2)
+
+with d_i the standard deviation of the distance between marker i and the hidden one over
+the frames in which both are known, scaled to at most 1 and at least 0.001. Each frame
+is laid onto one posture by all features, weight w^2 (Procrustes); the features are the
+markers' places then, less their means.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handclean.arrays import Bools, Floats, Ints, runs
+from handclean.gaps.tracks import Tracks
+from handclean.kernels.body_frames import lay_frames, smooth_present, to_body
+
+SMOOTHING = 1.0
+"""[1/120 s] standard deviation of the mean that takes the noise of features down; more
+costs accuracy on noisy takes (../shared measured 3: 1.7 times the error)."""
+
+ROWS_OF_DISTANCE = 2000
+"""Rows that distances between markers are taken from, about (chosen)."""
+
+SHRINK = 0.002
+"""Of a feature's variance, added when markers missing for a while are imputed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """Part of a take about one hidden marker, W frames, seen from the body.
+
+    Attributes
+    ----------
+    first : row of the take that its first row is.
+    features : (W, P) [m] places of the other markers less their means.
+    weight : (P,) how near-rigid with the hidden marker each is, at most 1.
+    target : (W, 3) [m] the hidden marker, NaN where not measured.
+    known : (W,) rows that can be learnt from.
+    turn, shift : (W, 3, 3), (W, 3) [m] from the laboratory to the body.
+    noise : [m^2] variance of the hidden marker's noise per axis.
+    """
+
+    first: int
+    features: Floats
+    weight: Floats
+    target: Floats
+    known: Bools
+    turn: Floats
+    shift: Floats
+    noise: float
+
+
+def gaussian(deviation: float) -> Floats:
+    """(2 R + 1,) weights of a Gaussian mean, cut at four standard deviations."""
+    reach = int(4.0 * deviation + 0.5)
+    weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) / deviation) ** 2)
+    return np.asarray(weight / weight.sum())
+
+
+def rigidity(positions: Floats, column: int, others: Ints) -> Floats:
+    """(V,) w of the module's formula, for other markers of (T, M, 3) positions."""
+    away = np.linalg.norm(
+        positions[:, others] - positions[:, [column]], axis=2
+    )  # NaN where either is missing
+    with np.errstate(invalid="ignore"):
+        spread = np.sqrt(_variance(away))
+    usual = np.nanmedian(spread)
+    spread = np.where(np.isfinite(spread), spread, np.nanmax(spread, initial=0.0))
+    weight = 1.0 / (spread**2 + (0.3 * usual + 5e-5) ** 2)
+    weight = weight / weight.max() + 1e-3
+    return np.asarray(weight / weight.max())
+
+
+def _variance(values: Floats) -> Floats:
+    """(V,) variance of each column of (T, V) over the rows that are not NaN."""
+    there = np.isfinite(values)
+    count = there.sum(axis=0)
+    known = np.where(there, values, 0.0)
+    mean = known.sum(axis=0) / np.maximum(count, 1)
+    square = np.where(there, (values - mean) ** 2, 0.0).sum(axis=0)
+    return np.asarray(np.where(count > 1, square / np.maximum(count, 1), np.nan))
+
+
+def noise_variance(series: Floats, known: Bools) -> float:
+    """[m^2] variance of noise per axis: from third differences of (T, 3) samples.
+
+    A robust spread of the differences (median absolute value over 0.6745), whose
+    variance is 20 times that of the noise; the median of the three axes.
+    """
+    whole = known[3:] & known[2:-1] & known[1:-2] & known[:-3]
+    third = np.diff(series, 3, axis=0)[whole]
+    if len(third) == 0:
+        return 0.0
+    spread = np.median(np.abs(third), axis=0) / 0.6745
+    return float(np.median(spread) ** 2 / 20.0)
+
+
+def look(
+    tracks: Tracks, column: int, features: Ints, always: Ints, rows: slice
+) -> Window:
+    """Look at part of a take from the body that a marker moves with.
+
+    Parameters
+    ----------
+    column : the hidden marker; features : (V,) the markers that tell of it.
+    always : (A,) those of them that are seen in every row that counts; the others are
+        imputed from these where they are missing.
+    rows : of the take.
+    """
+    positions = tracks.positions[rows]
+    step = max(1, len(positions) // ROWS_OF_DISTANCE)
+    weight = rigidity(positions[::step], column, features)
+    points = np.ascontiguousarray(positions[:, features])
+    there = tracks.seen[rows][:, features]
+    smooth = np.empty(points.shape)
+    smooth_present(points, gaussian(SMOOTHING * tracks.rate / 120.0), smooth)
+    index = np.flatnonzero(np.isin(features, always))
+    whole = np.asarray(there[:, index].all(axis=1))
+    reference = smooth[np.argmax(whole & there.all(axis=1))]
+    if not np.isfinite(reference).all():
+        reference = np.where(
+            np.isfinite(reference), reference, smooth[np.argmax(whole)]
+        )
+    turn, shift = np.empty((len(points), 3, 3)), np.empty((len(points), 3))
+    rest = np.where(np.isfinite(reference), reference, 0.0)
+    used = np.where(np.isfinite(reference).all(axis=1), weight**2, 0.0)
+    lay_frames(smooth, rest, used, turn, shift)
+    body = np.empty(smooth.shape)
+    to_body(smooth, turn, shift, body)
+    target = np.empty((len(points), 1, 3))
+    hidden = np.ascontiguousarray(positions[:, [column]])
+    to_body(hidden, turn, shift, target)
+    seen = tracks.seen[rows][:, column]
+    known = seen & whole
+    body = impute(body, index, whole)
+    values = without_holes(body.reshape(len(body), -1))
+    return Window(
+        first=rows.start,
+        features=values - values[known].mean(axis=0),
+        weight=np.repeat(weight, 3),
+        target=target[:, 0],
+        known=known,
+        turn=turn,
+        shift=shift,
+        noise=noise_variance(positions[:, column], seen),
+    )
+
+
+def without_holes(values: Floats) -> Floats:
+    """(W, P) columns with straight lines through what is missing, for means in time."""
+    out = values.copy()
+    rows = np.arange(len(values))
+    for column in np.flatnonzero(np.isnan(values).any(axis=0)):
+        there = np.isfinite(values[:, column])
+        out[:, column] = np.interp(rows, rows[there], values[there, column])
+    return out
+
+
+def impute(body: Floats, always: Ints, whole: Bools) -> Floats:
+    """(W, V, 3) [m] places with those that are missing guessed from the others.
+
+    A ridge regression on the markers ``always`` (A,) that are there; its error at the
+    ends of what is missing is carried through linearly.
+
+    Parameters
+    ----------
+    whole : (W,) rows in which all of ``always`` are there.
+    """
+    out = body.copy()
+    predictors = body[:, always].reshape(len(body), -1)
+    for m in range(body.shape[1]):
+        there = np.isfinite(body[:, m, 0])
+        wanted = whole & ~there
+        if not wanted.any():
+            continue
+        learn = np.flatnonzero(whole & there)
+        learn = learn[:: max(1, len(learn) // 1000)]
+        x, y = predictors[learn], body[learn, m]
+        centre, mean = x.mean(axis=0), y.mean(axis=0)
+        x = x - centre
+        square = x.T @ x
+        square[np.diag_indices(len(square))] += (
+            SHRINK * np.trace(square) / len(square) + 1e-18
+        )
+        slopes = np.linalg.solve(square, x.T @ (y - mean))
+        guess = (predictors - centre) @ slopes + mean
+        off = body[:, m] - guess
+        for start, stop in runs(wanted):
+            ends = [t for t in (start - 1, stop) if 0 <= t < len(body) and there[t]]
+            rows = np.arange(start, stop)
+            carried = (
+                np.stack([np.interp(rows, ends, off[ends, i]) for i in range(3)], 1)
+                if ends
+                else 0.0
+            )
+            out[rows, m] = guess[rows] + carried
+    return out

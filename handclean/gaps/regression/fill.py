@@ -1,0 +1,130 @@
+"""Gaps filled from the take's own markers: the entry of this package."""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from handclean.arrays import Bools, Ints
+from handclean.gaps.pseudo import PseudoGap
+from handclean.gaps.regression.features import Window, look
+from handclean.gaps.regression.process import Scales, guess, scales_of
+from handclean.gaps.runs import Gap
+from handclean.gaps.tracks import Path, Refused, Tracks
+
+BLOCK = 3000
+"""[1/120 s] learning reaches at least so far beyond a gap; the take in such blocks."""
+
+MARGIN = 3
+"""[frames] beside a gap in which features should be seen, too."""
+
+FEWEST_OTHERS = 3
+"""Other markers needed throughout a gap."""
+
+FEWEST_ROWS = 30
+"""Frames needed to learn from."""
+
+TOO_FEW = "seen with the other markers in too few frames"
+
+LEAST_SEEN = 0.5
+"""Share of a gap in which a feature should be seen; it is imputed in the rest."""
+
+WINDOWS_KEPT = 8
+
+
+@dataclass(frozen=True)
+class Regression:
+    """Fills gaps of one take; windows of the take are kept for the gaps to come."""
+
+    tracks: Tracks
+    windows: "OrderedDict[tuple[int, int, bytes, bytes], tuple[Window, Scales]]" = (
+        field(default_factory=OrderedDict)
+    )
+
+    def __call__(self, gap: Gap) -> Path:
+        """Fill a gap.
+
+        Raises
+        ------
+        Refused
+            If fewer than three other markers are seen throughout, or the hidden marker
+            is hardly ever seen with them.
+        """
+        nothing = np.zeros(self.tracks.seen.shape[1], dtype=bool)
+        return self.pretend(
+            PseudoGap(gap=gap, hidden=nothing, start=gap.start, stop=gap.stop)
+        )
+
+    def pretend(self, one: PseudoGap) -> Path:
+        """Fill a pseudo-gap; what was measured in it is not looked at."""
+        tracks, gap = self.tracks, one.gap
+        always, features = self._features(gap, one.hidden)
+        window, scales = self._window(gap, always, features)
+        inside = slice(gap.start - window.first, gap.stop - window.first)
+        known = window.known.copy()
+        known[max(one.start - window.first, 0) : one.stop - window.first] = False
+        if np.count_nonzero(known) < FEWEST_ROWS:
+            raise Refused(TOO_FEW)
+        found = guess(window, scales, inside, known, tracks.rate)
+        turn, shift = window.turn[inside], window.shift[inside]
+        places = np.einsum("tij,ti->tj", turn, found.places - shift)
+        return Path(places, found.deviation)
+
+    def _features(self, gap: Gap, hidden: Bools) -> tuple[Ints, Ints]:
+        """Markers seen throughout, and those with such that are seen mostly."""
+        rows = slice(max(gap.start - MARGIN, 0), gap.stop + MARGIN)
+        share = self.tracks.seen[rows].mean(axis=0)
+        share[hidden] = 0.0
+        share[gap.column] = 0.0
+        always, features = share == 1.0, share >= LEAST_SEEN
+        if np.count_nonzero(always) < FEWEST_OTHERS:
+            raise Refused("fewer than three other markers are seen throughout")
+        seen = self.tracks.seen
+        mine = seen[:, gap.column]
+        kept = np.flatnonzero(always)
+        while True:
+            both = seen[mine][:, kept]
+            whole = np.count_nonzero(both.all(axis=1))
+            if whole >= 0.5 * len(both) or len(kept) == FEWEST_OTHERS:
+                break
+            missing = np.count_nonzero(~both, axis=0)
+            kept = np.delete(kept, int(np.argmax(missing)))
+        if whole < FEWEST_ROWS:
+            raise Refused(TOO_FEW)
+        usual = seen[mine].mean(axis=0) > 0.2
+        features &= usual
+        features[kept] = True
+        return kept, np.flatnonzero(features)
+
+    def _window(self, gap: Gap, always: Ints, features: Ints) -> tuple[Window, Scales]:
+        size = round(BLOCK * self.tracks.rate / 120.0)
+        block = (gap.start + gap.stop) // 2 // size
+        key = gap.column, block, always.tobytes(), features.tobytes()
+        if key in self.windows:
+            self.windows.move_to_end(key)
+            return self.windows[key]
+        first = max((block - 1) * size, 0)
+        rows = slice(first, min((block + 2) * size, len(self.tracks.seen)))
+        window = look(self.tracks, gap.column, features, always, rows)
+        self.windows[key] = window, scales_of(window)
+        if len(self.windows) > WINDOWS_KEPT:
+            self.windows.popitem(last=False)
+        return self.windows[key]
+
+
+def regression(tracks: Tracks) -> Regression:
+    """Prepare to fill gaps of a take from its own markers."""
+    return Regression(tracks)
+
+
+def pretended(tracks: Tracks, trials: Sequence[PseudoGap]) -> list[Path | None]:
+    """Fill pseudo-gaps as `gaps.pseudo.filled` does, without preparing anew."""
+    fill = Regression(tracks)
+    paths: list[Path | None] = []
+    for one in trials:
+        try:
+            paths.append(fill.pretend(one))
+        except Refused:
+            paths.append(None)
+    return paths

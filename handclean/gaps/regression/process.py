@@ -1,0 +1,141 @@
+"""One gap of one marker filled by a Gaussian process over frames."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+
+from handclean.arrays import Bools, Floats, Ints
+from handclean.gaps.regression.covariance import (
+    CLOCK_HZ,
+    FAST_SLOPE,
+    MIDDLE_SLOPE,
+    Rows,
+    Scale,
+    covariance,
+    own_variance,
+)
+from handclean.gaps.regression.features import SMOOTHING, Window, gaussian
+from handclean.kernels.body_frames import weighted_means
+
+MIDDLE = 4.0
+"""[1/120 s] features slower than a Gaussian mean of this deviation are slow."""
+
+NEAR, ALIKE, SPREAD = 40, 150, 150
+"""Frames learnt from: [1/120 s] all so near to an end; how many alike in posture to
+the gap; how many spread evenly."""
+
+EXTRA_NOISE_M2 = 3e-9
+"""[m^2] added to twice the measured noise."""
+
+
+class Guess(NamedTuple):
+    """Places (N, 3) [m] in the body's frame, (N,) [m] standard deviation per axis."""
+
+    places: Floats
+    deviation: Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scales:
+    """What all gaps of a window share.
+
+    posture : (W, P) features by weight, of total variance 1; variance : [m^2] of the
+    features per marker.
+    """
+
+    posture: Floats
+    variance: float
+
+
+def scales_of(window: Window) -> Scales:
+    """Scale the postures of a window."""
+    spread = window.features[window.known].var(axis=0)
+    weighed = window.features * np.sqrt(window.weight)
+    total = float(np.sum(spread * window.weight))
+    return Scales(
+        posture=weighed / np.sqrt(max(total, 1e-18)),
+        variance=float(3.0 * np.sum(spread) / len(spread)),
+    )
+
+
+def guess(
+    window: Window, scales: Scales, gap: slice, known: Bools, rate: float
+) -> Guess:
+    """Guess where the hidden marker is in a gap.
+
+    Parameters
+    ----------
+    gap : rows of the window.
+    known : (W,) rows to learn from; none in the gap.
+    rate : [Hz]
+    """
+    clock = CLOCK_HZ / rate
+    learn = choose(scales.posture, gap, known, clock)
+    inside = np.arange(gap.start, gap.stop)
+    here, there = (rows_at(window, scales, at, clock) for at in (learn, inside))
+    scale = Scale(there.slow.mean(axis=0), scales.variance, clock)
+    square = covariance(here, here, scale, lower=True)
+    square[np.diag_indices(len(learn))] += 2.0 * window.noise + EXTRA_NOISE_M2
+    lower = cholesky(square, lower=True, overwrite_a=True, check_finite=False)
+    mean = window.target[learn].mean(axis=0)
+    cross = covariance(here, there, scale)
+    solved = solve_triangular(
+        lower,
+        np.hstack([cross, window.target[learn] - mean]),
+        lower=True,
+        check_finite=False,
+    )
+    half, told = solved[:, : len(inside)], solved[:, len(inside) :]
+    left = own_variance(there, scale) - np.sum(half**2, axis=0)
+    usual = np.sum(told**2) / told.size
+    return Guess(
+        places=mean + half.T @ told,
+        deviation=np.sqrt(np.maximum(left, 0.0) + 2.0 * window.noise + EXTRA_NOISE_M2)
+        * np.sqrt(usual),
+    )
+
+
+def rows_at(window: Window, scales: Scales, at: Ints, clock: float) -> Rows:
+    """Return rows (N,) of a window as the covariance sees them."""
+    root = np.sqrt(window.weight)
+    slow, slower = (np.empty((len(at), len(root))) for _ in range(2))
+    weighted_means(window.features, at, gaussian(SMOOTHING / clock), slow)
+    weighted_means(window.features, at, gaussian(MIDDLE / clock), slower)
+    middle, fast = slow - slower, window.features[at] - slow
+    quick = np.hstack([np.sqrt(MIDDLE_SLOPE) * middle, np.sqrt(FAST_SLOPE) * fast])
+    return Rows(
+        posture=scales.posture[at],
+        slow=slow * root,
+        quick=quick * np.hstack([root, root]),
+        frame=at,
+    )
+
+
+def choose(posture: Floats, gap: slice, known: Bools, clock: float) -> Ints:
+    """(N,) rows to learn from: near the gap, alike in posture, spread evenly.
+
+    Parameters
+    ----------
+    posture : (W, P); known : (W,); clock : [1/120 s] a frame.
+    """
+    near = np.zeros(len(known), dtype=bool)
+    reach = round(NEAR / clock)
+    near[max(gap.start - reach, 0) : gap.start] = True
+    near[gap.stop : gap.stop + reach] = True
+    far = np.flatnonzero(known & ~near)
+    near_rows = np.flatnonzero(known & near)
+    if len(far) > ALIKE + SPREAD:
+        middle = (gap.start + gap.stop) // 2
+        ends = max(gap.start - 1, 0), middle, min(gap.stop, len(posture) - 1)
+        away = np.min(
+            [np.sum((posture[far] - posture[t]) ** 2, axis=1) for t in ends], axis=0
+        )
+        time = np.minimum(abs(far - gap.start), abs(far - gap.stop)) * clock / 600.0
+        order = np.argsort(away + 0.3 * np.median(away) * time, kind="stable")
+        alike = np.sort(far[order[: 2 * ALIKE]])[::2]
+        rest = np.setdiff1d(far, alike)
+        rest = rest[np.linspace(0, len(rest) - 1, SPREAD).astype(np.int64)]
+        far = np.concatenate([alike, rest])
+    return np.sort(np.concatenate([near_rows, far]))

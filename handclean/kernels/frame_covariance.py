@@ -1,0 +1,64 @@
+"""Covariances of frames put together from their parts: compiled.
+
+The formula is that of `handclean.gaps.regression.covariance`.
+"""
+
+import math
+from typing import NamedTuple
+
+from handclean.arrays import Floats, Ints
+from handclean.kernels import jit
+
+
+class Shares(NamedTuple):
+    """How much each part counts: slopes [-], residuals and the constant [m^2]."""
+
+    constant: float
+    slope: float
+    local_slope: float
+    posture: float
+    posture_time: float
+    time: float
+
+
+class Parts(NamedTuple):
+    """What is known of pairs of frames, (N, N').
+
+    square [-] of the distance of their postures, slow [m^2] products of slow features;
+    rows (N,), columns (N',) numbers of the frames; fading, lasting (F,) factors by how
+    many frames two are apart.
+    """
+
+    square: Floats
+    slow: Floats
+    rows: Ints
+    columns: Ints
+    fading: Floats
+    lasting: Floats
+
+
+@jit
+def add_covariances(parts: Parts, shares: Shares, lower: bool, out: Floats) -> None:
+    """Add to (N, N') ``out`` all but what quick features say.
+
+    Parameters
+    ----------
+    lower : whether only the lower triangle is wanted.
+    """
+    root = math.sqrt(3.0)
+    for s in range(parts.square.shape[0]):
+        stop = s + 1 if lower else parts.square.shape[1]
+        for t in range(stop):
+            square = max(parts.square[s, t], 0.0)
+            distance = math.sqrt(square)
+            apart = abs(parts.rows[s] - parts.columns[t])
+            half = math.exp(-0.5 * distance)
+            slope = shares.slope + shares.local_slope * math.exp(-0.5 * square)
+            alike = (1.0 + root * distance) * math.exp(-root * distance)
+            out[s, t] += (
+                shares.constant
+                + parts.slow[s, t] * slope
+                + shares.posture * alike
+                + shares.posture_time * half * parts.fading[apart]
+                + shares.time * parts.lasting[apart]
+            )

@@ -1,0 +1,124 @@
+"""Gaps filled from the take's own markers."""
+
+import numpy as np
+import pytest
+
+from handclean.gaps.pseudo import PseudoGap, filled
+from handclean.gaps.regression import process
+from handclean.gaps.regression.covariance import Scale, covariance, own_variance
+from handclean.gaps.regression.fill import pretended, regression
+from handclean.gaps.regression.process import choose, guess, rows_at
+from handclean.gaps.runs import Gap
+from handclean.gaps.tracks import Refused
+
+
+def error(path, truth, gap):
+    away = path.places - truth[gap.start : gap.stop, gap.column]
+    return float(np.linalg.norm(away, axis=1).mean())
+
+
+def test_a_fingertip_follows_the_other_finger(bending, tracks_of):
+    gap = Gap(column=5, start=1000, stop=1120)
+    path = regression(tracks_of(bending, (5, 1000, 1120)))(gap)
+    ends = bending[[999, 1120], 5]
+    line = np.linspace(ends[0], ends[1], 122)[1:-1]
+    straight = np.linalg.norm(line - bending[1000:1120, 5], axis=1).mean()
+    assert error(path, bending, gap) < 1.5e-3
+    assert error(path, bending, gap) < 0.1 * straight
+    assert np.all(path.spread > 0.0)
+
+
+def test_measured_ends_are_met_without_a_step(bending, tracks_of):
+    gap = Gap(column=4, start=700, stop=760)
+    path = regression(tracks_of(bending, (4, 700, 760)))(gap)
+    joined = np.vstack([bending[697:700, 4], path.places, bending[760:763, 4]])
+    usual = np.abs(np.diff(bending[:, 4], 2, axis=0)).max(axis=0)
+    bends = np.abs(np.diff(joined, 2, axis=0))
+    assert np.all(bends[:5] <= 1.5 * usual)
+    assert np.all(bends[-5:] <= 1.5 * usual)
+
+
+def test_what_was_measured_in_a_pseudo_gap_is_not_looked_at(bending, tracks_of):
+    hidden = np.zeros(8, dtype=bool)
+    hidden[[4, 5]] = True
+    gap = Gap(column=5, start=1500, stop=1560)
+    one = PseudoGap(gap=gap, hidden=hidden, start=1500, stop=1560)
+    quick = pretended(tracks_of(bending), [one])[0]
+    slow = filled(regression, tracks_of(bending), [one])[0]
+    assert np.linalg.norm(quick.places - slow.places, axis=1).max() < 1e-4
+    np.testing.assert_allclose(quick.spread, slow.spread, rtol=0.1)
+
+
+def test_moving_the_take_moves_the_fill(bending, tracks_of, turned):
+    gap = Gap(column=7, start=400, stop=430)
+    here = regression(tracks_of(bending, (7, 400, 430)))(gap)
+    there = regression(tracks_of(turned(bending), (7, 400, 430)))(gap)
+    np.testing.assert_allclose(there.places, turned(here.places), atol=1e-7)
+    np.testing.assert_allclose(there.spread, here.spread, rtol=1e-4)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0, 90), (2310, 2400)])
+def test_a_gap_with_one_end_is_filled(bending, tracks_of, start, stop):
+    gap = Gap(column=5, start=start, stop=stop)
+    path = regression(tracks_of(bending, (5, start, stop)))(gap)
+    held = bending[stop if start == 0 else start - 1, 5]
+    away = np.linalg.norm(held - bending[start:stop, 5], axis=1).mean()
+    assert error(path, bending, gap) < 0.2 * away
+
+
+def test_markers_with_gaps_of_their_own_still_tell(bending, tracks_of):
+    cuts = [(6, start, start + 40) for start in range(50, 2300, 150)]
+    gap = Gap(column=7, start=1000, stop=1060)
+    whole = regression(tracks_of(bending, (7, 1000, 1060)))(gap)
+    parts = regression(tracks_of(bending, (7, 1000, 1060), *cuts))(gap)
+    assert error(parts, bending, gap) < 2.0 * error(whole, bending, gap) + 2e-4
+
+
+def test_too_little_to_learn_from_is_refused(bending, tracks_of):
+    few = tracks_of(bending, (3, 25, 2400))
+    with pytest.raises(Refused, match="too few frames"):
+        regression(few)(Gap(column=3, start=25, stop=2400))
+    alone = tracks_of(bending[:, :3], (0, 100, 120))
+    with pytest.raises(Refused, match="three other markers"):
+        regression(alone)(Gap(column=0, start=100, stop=120))
+
+
+def test_rows_to_learn_from(bending):
+    posture = bending.reshape(len(bending), -1)
+    known = np.ones(2400, dtype=bool)
+    known[1000:1120] = False
+    chosen = choose(posture, slice(1000, 1120), known, 1.0)
+    assert np.all(np.diff(chosen) > 0)
+    assert not np.any((chosen >= 1000) & (chosen < 1120))
+    near = np.r_[960:1000, 1120:1160]
+    assert np.isin(near, chosen).all()
+    most = process.ALIKE + process.SPREAD + 2 * process.NEAR
+    assert len(chosen) <= most
+    few = np.ones(300, dtype=bool)
+    few[100:120] = False
+    assert len(choose(posture[:300], slice(100, 120), few, 1.0)) == 280
+
+
+def test_the_guess_is_the_textbooks(bending, tracks_of):
+    """Rasmussen and Williams 2006, equations 2.25 and 2.26, with an inverse."""
+    gap = Gap(column=5, start=1000, stop=1040)
+    take = regression(tracks_of(bending, (5, 1000, 1040)))
+    take(gap)
+    window, scales = next(iter(take.windows.values()))
+    inside = slice(1000 - window.first, 1040 - window.first)
+    found = guess(window, scales, inside, window.known, 120.0)
+    learn = choose(scales.posture, inside, window.known, 1.0)
+    here = rows_at(window, scales, learn, 1.0)
+    there = rows_at(window, scales, np.arange(inside.start, inside.stop), 1.0)
+    scale = Scale(there.slow.mean(axis=0), scales.variance, 1.0)
+    noise = 2.0 * window.noise + process.EXTRA_NOISE_M2
+    square = covariance(here, here, scale) + noise * np.eye(len(learn))
+    inverse = np.linalg.inv(square)
+    cross = covariance(here, there, scale)
+    mean = window.target[learn].mean(axis=0)
+    off = window.target[learn] - mean
+    np.testing.assert_allclose(found.places, mean + cross.T @ inverse @ off, atol=1e-7)
+    left = own_variance(there, scale)
+    left = left - np.einsum("ng,nm,mg->g", cross, inverse, cross) + noise
+    usual = np.einsum("ni,nm,mi->", off, inverse, off) / off.size
+    np.testing.assert_allclose(found.deviation**2, left * usual, rtol=1e-3)
