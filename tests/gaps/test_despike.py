@@ -1,8 +1,5 @@
 """Spikes go, honest motion stays."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,7 +11,6 @@ RATE = 100.0
 NOISE = 2e-4  # [m]
 T = np.arange(600) / RATE
 ALL = np.ones((len(T), 1), dtype=bool)
-DATA = Path(os.environ.get("HANDCLEAN_DATA", "/nowhere"))
 REAL = {
     "hand_embodiment/recording.tsv": ({}, 25),
     "guitar/Pick1.csv": ({"rate_hz": 120.0, "unit": "mm"}, 0),
@@ -161,27 +157,27 @@ def test_takes_of_hardly_anything_are_left(shape):
     assert not found.spikes.any()
 
 
-def recorded(name):
-    """Return positions, what is measured, and the rate of a recording."""
-    if not (DATA / name).exists():
-        pytest.skip("HANDCLEAN_DATA has no such recording")
-    take = files.read(DATA / name, **REAL[name][0])
-    return take.markers.positions, take.markers.measured, take.rate
+@pytest.fixture(params=REAL)
+def recorded(shared_data, request):
+    """Positions, what is measured, rate, and how many samples are spikes."""
+    given, spikes = REAL[request.param]
+    take = files.read(shared_data / request.param, **given)
+    return take.markers.positions, take.markers.measured, take.rate, spikes
 
 
-@pytest.mark.parametrize("name", REAL)
-def test_hardly_anything_is_found_in_recordings(name):
-    positions, seen, rate = recorded(name)
-    assert despike(positions, seen, rate).spikes.sum() <= REAL[name][1]
+def test_hardly_anything_is_found_in_recordings(recorded):
+    positions, seen, rate, most = recorded
+    assert despike(positions, seen, rate).spikes.sum() <= most
     for faster in (2, 3):  # the same motion in every second and third frame
         found = despike(positions[::faster], seen[::faster], rate / faster)
-        assert found.spikes.sum() <= REAL[name][1]
+        assert found.spikes.sum() <= most
 
 
-@pytest.mark.parametrize("name", REAL)
-def test_spikes_thrown_into_recordings_are_found_and_hardly_anything_else(name, rng):
+def test_spikes_thrown_into_recordings_are_found_and_hardly_anything_else(
+    recorded, rng
+):
     """3 cm in any direction, one to three frames, one after the other."""
-    positions, seen, rate = recorded(name)
+    positions, seen, rate, _ = recorded
     before = despike(positions, seen, rate).spikes
     spoilt, hit = positions.copy(), np.zeros_like(seen)
     for t in range(8, len(seen) - 12, 12):
