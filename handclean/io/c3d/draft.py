@@ -179,6 +179,19 @@ def rejected(recording: Recording) -> tuple[Remark, ...]:
     return (remark("not-kept", text, samples=count),) if count else ()
 
 
+def smoothed(recording: Recording) -> tuple[Remark, ...]:
+    """Remark on samples that were measured, and that a C3D calls computed."""
+    markers = recording.markers
+    count = 0
+    if markers is not None:
+        count = int(np.count_nonzero(markers.origin == Origin.SMOOTHED))
+    text = (
+        f"{count} smoothed samples are written as computed, like filled ones, and will "
+        "not count as measured when they are read; .h5 says that they were"
+    )
+    return (remark("not-kept", text, samples=count),) if count else ()
+
+
 def untrusted(recording: Recording) -> tuple[Remark, ...]:
     """Remark on each motion some of whose angles are not written."""
     counts = {

@@ -38,6 +38,7 @@ from handclean.io.c3d.draft import (
     Source,
     Writing,
     is_silent,
+    smoothed,
     source_of,
     untrusted,
 )
@@ -76,7 +77,8 @@ def plan_writing(recording: Recording, where: Path | str) -> Writing:
         loose = {int(c): is_silent(source, int(c)) for c in source.loose}
         columns = plan_columns(recording, angles, labels, outputs, loose, where)
         writing = same_file(recording, source, columns, angles, where)
-    return replace(writing, remarks=(*writing.remarks, *untrusted(recording)))
+    told = (*writing.remarks, *untrusted(recording), *smoothed(recording))
+    return replace(writing, remarks=told)
 
 
 def encode_c3d(writing: Writing) -> Iterator[bytes]:
