@@ -32,6 +32,7 @@ Measured on a Qualisys, a NOKOV and an ART recording of hands (100, 120 and 60 H
   is found with them. What replaces them is off by 0.05, 0.03 and 0.25 mm in the median.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,16 +102,12 @@ def despike(positions: Floats, seen: Bools, rate_hz: float) -> Despiked:
     expect_shape("seen", seen, *positions.shape[:2])
     paths = np.where(seen[:, :, None], positions, np.nan)
     cleaned, spikes = positions.copy(), np.zeros(seen.shape, dtype=bool)
-    for m in range(seen.shape[1]):
-        taken = np.zeros(len(paths), dtype=bool)
-        for block in _blocks_of(paths[:, m], rate_hz):
-            around = slice(block.start - _SUPPORT, block.stop + _SUPPORT)
-            if taken[around].any() or _is_shared(block, m, paths[around]):
-                continue  # a bridge on a spike is none; neighbours go the same way
-            taken[block.start : block.stop] = True
-            rows = block.start + np.flatnonzero(block.beyond)
-            cleaned[rows, m] = block.bridge[block.beyond]
-            spikes[rows, m] = True
+    with np.errstate(over="ignore", invalid="ignore"):  # places beyond all measure
+        for m in range(seen.shape[1]):
+            for block in _spikes_of(paths, m, rate_hz):
+                rows = block.start + np.flatnonzero(block.beyond)
+                cleaned[rows, m] = block.bridge[block.beyond]
+                spikes[rows, m] = True
     return Despiked(positions=cleaned, spikes=spikes)
 
 
@@ -151,6 +148,19 @@ class _Block:
     def stop(self) -> int:
         """The frame behind it."""
         return self.start + len(self.bridge)
+
+
+def _spikes_of(paths: Floats, m: int, rate_hz: float) -> Iterator[_Block]:
+    """Go through the spikes of marker m of (T, M, 3) paths.
+
+    A bridge that would rest on a spike is none.
+    """
+    taken = np.zeros(len(paths), dtype=bool)
+    for block in _blocks_of(paths[:, m], rate_hz):
+        around = slice(block.start - _SUPPORT, block.stop + _SUPPORT)
+        if not taken[around].any() and not _is_shared(block, m, paths[around]):
+            taken[block.start : block.stop] = True
+            yield block
 
 
 def _blocks_of(path: Floats, rate_hz: float) -> list[_Block]:

@@ -81,10 +81,12 @@ def smooth(
     share = 2.0 / np.pi * np.arctan(_one_pass(cutoff_hz, rate_hz))  # of half the rate
     sections = butter(ORDER, share, output="sos")
     for rows, m in long:
-        found[rows, m] = sosfiltfilt(
-            sections, positions[rows, m], axis=0, padtype="odd", padlen=padding
-        )
-        done[rows, m] = True
+        with np.errstate(over="ignore", invalid="ignore"):
+            path = sosfiltfilt(
+                sections, positions[rows, m], axis=0, padtype="odd", padlen=padding
+            )
+        if np.isfinite(path).all():  # not of places beyond all measure
+            found[rows, m], done[rows, m] = path, True
     return Smoothed(positions=found, done=done)
 
 

@@ -150,6 +150,15 @@ def test_a_marker_of_which_too_little_is_known_is_left(rng):
     assert despike(path, seen, RATE).spikes.sum() == 1
 
 
+@pytest.mark.parametrize("place", [1e154, 1e300, -1e308])
+def test_places_beyond_all_measure_are_borne(rng, place):
+    path = slow(rng)
+    path[200] = place
+    found = despike(np.concatenate([path, slow(rng)], axis=1), ALL[:, [0, 0]], RATE)
+    assert np.isfinite(found.positions).all()
+    assert np.argwhere(found.spikes).tolist() in ([[200, 0]], [])
+
+
 @pytest.mark.parametrize("shape", [(0, 1), (3, 2), (5, 0)])
 def test_takes_of_hardly_anything_are_left(shape):
     found = despike(np.zeros((*shape, 3)), np.ones(shape, bool), RATE)

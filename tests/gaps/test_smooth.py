@@ -95,6 +95,15 @@ def test_extreme_cutoffs_give_numbers(rng, cutoff):
     assert found.done.any() == (cutoff > 1.0)
 
 
+def test_places_beyond_all_measure_are_left(rng):
+    path = rng.normal(size=(1200, 2, 3))
+    path[:9, 0] = 1.5e308
+    found = smooth(path, ALL[:, [0, 0]], CUTOFF, RATE)
+    np.testing.assert_array_equal(found.positions[:, 0], path[:, 0])
+    assert found.done.all(axis=0).tolist() == [False, True]
+    assert not found.done[:, 0].any()
+
+
 def test_scipys_filters_are_loaded_by_those_who_smooth_only():
     code = (
         "import sys, handclean.api.fill_gaps, handclean.api.clean\n"
