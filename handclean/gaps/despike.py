@@ -49,8 +49,8 @@ quiet samples one; from 5 to 12 nothing above changes)."""
 
 SPIKE_MOTION = 2.0
 """[-] steps of the frames around that a spike exceeds. A marker that turns within one
-frame, which nothing with mass does, would lie 2/3 of a step away. Chosen: with 1.5 and 3
-the recordings above have 31 and 24 spikes, and 91 and 77 % of those of 3 cm are found
+frame, which nothing with mass does, would lie 2/3 of a step away. Chosen: with 1.5 and
+3 the recordings above have 31 and 24 spikes, and 91 and 77 % of those of 3 cm are found
 at 60 Hz; with 1 the frames beside a spike are taken for it."""
 
 HONEST_ACCELERATION_M_S2 = 40.0
