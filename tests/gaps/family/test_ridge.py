@@ -91,6 +91,21 @@ def test_a_rule_is_learnt_once_for_a_marker_and_its_donors(bodies, rng, monkeypa
     assert learnt == [7, 7, 6, 6]  # donors of 3, of 4, and of both without the other
 
 
+def test_a_long_take_is_learnt_from_so_many_frames(bodies, rng, monkeypatch):
+    learnt = []
+    honest = ridge.ridge_slopes
+
+    def counted(seen, places):
+        learnt.append(len(seen))
+        return honest(seen, places)
+
+    monkeypatch.setattr(ridge, "ridge_slopes", counted)
+    rest, walk = rng.normal(size=(1, 5, 3)), rng.normal(scale=1e-3, size=(12000, 5, 3))
+    fill = ridge.prepare(bodies.without(rest + walk, (3, 80, 110)))
+    fill(bodies.gap(3, 80, 110))
+    assert learnt == [donors.MOST_FRAMES]
+
+
 def test_more_frames_than_are_learnt_from_are_spread_evenly():
     frames = np.arange(5, 105)
     assert donors.spread_evenly(frames, 100) is frames
