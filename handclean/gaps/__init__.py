@@ -1,7 +1,19 @@
-"""Gaps in marker trajectories, filled by a posture that is interpolated through them.
+"""Gaps in marker trajectories, filled from the take itself, with the error to expect.
 
-Why this way
-------------
+From a take to a filled take
+----------------------------
+`fill` is the entry: it takes the labelled markers of a take (`tracks`), bridges the
+posture of the subjects it is given (`hand`), has the gaps filled (`fill_tracks`) and
+puts what was filled into the take (`samples`). `measured` cleans measured samples
+before, on request.
+
+`sources` says what fills gaps, by method: the take's own regression (`regression`), the
+posture of a hand (`follow_posture`), and a family of simpler ones (`family`). All keep
+the contract of `tracks`. `pseudo` hides stretches of the take that are like its gaps,
+and `doubt` learns from them how far off a source is in this take.
+
+A posture bridged through gaps
+------------------------------
 Maycock et al. 2015 (section III-C) and Schroeder et al. 2017 (eq. 6) interpolate the
 joint angles a missing marker leaves undecided, and let the marker follow the posture.
 What they leave open is decided here:

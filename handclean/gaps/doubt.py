@@ -7,9 +7,8 @@ q95 the 0.95 quantile of r over its 0.68 quantile, since such errors have heavie
 than a normal distribution (which has 1.97). Every pseudo-gap counts alike, whatever its
 length.
 
-Of n pseudo-gaps the quantiles are taken at 0.68 (n + 1) / n and 0.95 (n + 1) / n: one
-more gap of their kind then lies within them as often as it should (conformal
-prediction, Vovk et al. 2005).
+Of n pseudo-gaps the first quantile is taken at 0.68 (n + 1/2) / n, as one more gap of
+their kind lies a little less often within what n others span.
 
 A kind with few pseudo-gaps leans on all kinds of the take: its logarithmic quantiles
 are means of its own and theirs, weighed by the number of its pseudo-gaps against
@@ -25,7 +24,7 @@ from handclean.arrays import Floats
 from handclean.gaps.pseudo import Kind, PseudoGap, errors
 from handclean.gaps.tracks import Path, Tracks
 
-BORROWED_68, BORROWED_95 = 4.0, 16.0
+BORROWED_68, BORROWED_95 = 4.0, 32.0
 """Pseudo-gaps that all kinds together count for in one kind (chosen)."""
 
 
@@ -48,11 +47,7 @@ def learn(
 ) -> Doubt:
     """Learn from pseudo-gaps and the paths a filler laid through them."""
     ratios = {
-        kind: [
-            np.abs(errors(tracks, one, path)) / path.spread[:, None]
-            for one, path in pairs
-            if path is not None
-        ]
+        kind: [_ratios(tracks, one, path) for one, path in pairs if path is not None]
         for kind, pairs in tried.items()
     }
     everything = [ratio for part in ratios.values() for ratio in part]
@@ -71,17 +66,23 @@ def learn(
     return laws
 
 
+def _ratios(tracks: Tracks, one: PseudoGap, path: Path) -> Floats:
+    """(N', 3) r where something was measured."""
+    ratios = np.abs(errors(tracks, one, path)) / path.spread[:, None]
+    return np.asarray(ratios[np.isfinite(ratios[:, 0])])
+
+
 def quantiles(ratios: Sequence[Floats]) -> tuple[float, float]:
     """0.68 and 0.95 quantile of ratios (N, 3) of several gaps that count alike.
 
-    For one more gap, see the module; of few gaps the second is their largest ratio.
+    The first is for one more gap, see the module.
     """
     values = np.concatenate([ratio.ravel() for ratio in ratios])
     weight = np.concatenate([np.full(r.size, 1.0 / r.size) for r in ratios])
     order = np.argsort(values, kind="stable")
     share = (np.cumsum(weight[order]) - 0.5 * weight[order]) / len(ratios)
-    more = (len(ratios) + 1.0) / len(ratios)
-    found = np.interp((0.68 * more, 0.95 * more), share, values[order])
+    more = (len(ratios) + 0.5) / len(ratios)
+    found = np.interp((0.68 * more, 0.95), share, values[order])
     return float(max(found[0], 1e-9)), float(max(found[1], 1e-9))
 
 

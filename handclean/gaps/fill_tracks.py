@@ -70,7 +70,8 @@ def fill_tracks(
     gaps = gaps_of_take(tracks, settings.max_gap_s)
     judged = {gap: JudgedGap(gap=gap) for gap in gaps}
     left = [gap for gap in gaps if not gap.refused]
-    for name, source in sources_of(settings.method, bridged).items():
+    sources = sources_of(settings.method, bridged, causal=settings.causal)
+    for name, source in sources.items():
         found = by_source(tracks, left, name, source)
         for gap, one in zip(left, found, strict=True):
             first = not judged[gap].gap.refused and judged[gap].path is None

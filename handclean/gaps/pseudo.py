@@ -17,8 +17,9 @@ from handclean.gaps.tracks import Path, Prepare, Refused, Tracks
 LENGTHS_S = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0)
 """[s] gaps count as of the nearest of these lengths, by ratio."""
 
-PER_KIND = 24
-"""Pseudo-gaps per kind of gap (chosen)."""
+PER_KIND, FEWEST = 24, 8
+"""Pseudo-gaps of a kind at most and at least; twice as many as it has gaps between
+(chosen)."""
 
 HIDDEN_SHARE = 0.5
 """A marker missing in more of a gap than this is hidden in its pseudo-gaps."""
@@ -26,8 +27,9 @@ HIDDEN_SHARE = 0.5
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
 """Steps of this share of a whole spread evenly, however many there are."""
 
-SHORTEST = 1.0 / 3.0
-"""Length of a pseudo-gap over that of its gap, at least (chosen)."""
+SEEN_SHARES, FEWEST_SEEN = (0.3, 0.1), 5
+"""Share of a pseudo-gap in which its marker is seen, at least, if no stretch shows it
+throughout; and how many frames (chosen)."""
 
 NEAR_S = 0.5
 """[s] what is measured so far beyond a missing end is hidden, too, in a pseudo-gap of a
@@ -96,7 +98,7 @@ def draw(
     Returns
     -------
     up to ``per_kind`` for each kind, in order of time; fewer, or none, where a marker
-    is seen for a third of a gap's length nowhere.
+    is hardly seen in any stretch of a gap's length.
     """
     of_kind: dict[Kind, list[Gap]] = {}
     for gap in gaps:
@@ -106,8 +108,9 @@ def draw(
     for kind in sorted(of_kind):
         own = of_kind[kind]
         kept = {}
-        for i in range(per_kind):
-            gap = own[i * len(own) // per_kind]
+        count = min(max(2 * len(own), FEWEST), per_kind)
+        for i in range(count):
+            gap = own[i * len(own) // count]
             one = _like(tracks, gap, starts, (i + 0.5) * GOLDEN % 1.0)
             if one is not None:
                 kept[gap.column, one.gap.start, one.gap.stop] = one
@@ -116,29 +119,44 @@ def draw(
 
 
 class _Starts:
-    """Finds where a marker is seen for so many frames in a row."""
+    """Finds where a marker is seen before, behind and, all or some of it, within."""
 
     def __init__(self, seen: Bools) -> None:
         self._seen = seen
         self._count: dict[int, Ints] = {}
 
-    def of(self, column: int, frames: int) -> Ints:
-        """(N,) rows from which a marker is seen in ``frames`` rows in a row."""
+    def of(self, column: int, frames: int, least: int) -> Ints:
+        """(N,) first rows of stretches of ``frames`` rows with measured ends.
+
+        Parameters
+        ----------
+        least : rows within in which the marker is seen, at least.
+        """
         if column not in self._count:
             seen = np.concatenate([[0], np.cumsum(self._seen[:, column])])
             self._count[column] = seen
-        count = self._count[column]
-        if frames >= len(count):
+        count, seen = self._count[column], self._seen[:, column]
+        if frames + 2 > len(seen):
             return np.zeros(0, dtype=np.int64)
-        return np.flatnonzero(count[frames:] - count[:-frames] == frames)
+        ends = seen[: -frames - 1] & seen[frames + 1 :]
+        within = count[frames + 1 : -1] - count[1 : -frames - 1]
+        return np.flatnonzero(ends & (within >= least)) + 1
 
 
 def _like(tracks: Tracks, gap: Gap, starts: _Starts, where: float) -> PseudoGap | None:
-    """Place a pseudo-gap like a gap, ``where`` of all places; None if there is none."""
-    places = starts.of(gap.column, gap.frames + 2)
-    if len(places) == 0:
+    """Place a pseudo-gap like a gap, ``where`` of all places; None if there is none.
+
+    Where its marker is never seen for so long in a row, it is where the marker is seen
+    for a part of it.
+    """
+    for share in (1.0, *SEEN_SHARES):
+        least = max(min(FEWEST_SEEN, gap.frames), int(share * gap.frames))
+        places = starts.of(gap.column, gap.frames, least)
+        if len(places):
+            break
+    else:
         return None
-    start = int(places[int(where * len(places))]) + 1
+    start = int(places[int(where * len(places))])
     stop = start + gap.frames
     near = round(NEAR_S * tracks.rate)
     first = start if tracks.has_start(gap) else max(start - near, 0)
@@ -204,7 +222,7 @@ def rounds(pseudo: Sequence[PseudoGap], rate: float) -> list[list[int]]:
 
 
 def errors(tracks: Tracks, one: PseudoGap, path: Path) -> Floats:
-    """(N, 3) [m] a path minus what was measured."""
+    """(N, 3) [m] a path minus what was measured; NaN where nothing was."""
     return np.asarray(
         path.places - tracks.positions[one.gap.start : one.gap.stop, one.gap.column]
     )

@@ -8,13 +8,14 @@ from handclean.settings import Limits, Words, expect_limits
 POSTURE_METHODS = ("min-acceleration", "coupled")
 """Ways to fill that follow the posture of a hand."""
 
+CAUSAL_METHODS = ("affine", "average", "last")
+"""Ways to fill that look at nothing after the frame they fill, the best first."""
+
 METHODS = (
     "auto",
     "take",
     *POSTURE_METHODS,
-    "last",
-    "average",
-    "affine",
+    *reversed(CAUSAL_METHODS),
     "linear",
     "cubic",
     "c1",
@@ -25,7 +26,7 @@ METHODS = (
     "kalman",
     "ridge",
 )
-"""Names of the ways to fill; ``handclean.gaps.fill.sources_of`` knows the functions."""
+"""Names of the ways to fill; ``handclean.gaps.sources`` knows the functions."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +46,11 @@ class FillConfig:
         "Longest gap to fill; 0: as long as --max-sigma-m allows.",
         Limits(least=0.0, unit="s"),
     ] = 0.0
+    causal: Annotated[
+        bool,
+        "Whether to look at nothing after the frame that is filled, as a program that "
+        f"runs along must: {', '.join(CAUSAL_METHODS)}, or auto for the best of them.",
+    ] = False
     seed_frames: Annotated[
         int,
         "Measured frames a gap needs on each side, within twice as many frames; "
@@ -64,3 +70,6 @@ class FillConfig:
 
     def __post_init__(self) -> None:
         expect_limits(self)
+        if self.causal and self.method not in ("auto", *CAUSAL_METHODS):
+            right = f"with causal it should be auto, {', '.join(CAUSAL_METHODS)}"
+            raise ValueError(f"method '{self.method}' looks ahead; {right}")

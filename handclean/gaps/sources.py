@@ -12,7 +12,7 @@ from handclean.gaps.hand import BridgedHand, follower, following
 from handclean.gaps.pseudo import Kind, PseudoGap
 from handclean.gaps.regression.fill import pretended, regression
 from handclean.gaps.runs import Gap
-from handclean.gaps.settings import POSTURE_METHODS
+from handclean.gaps.settings import CAUSAL_METHODS, POSTURE_METHODS
 from handclean.gaps.tracks import Fill, Path, Prepare, Refused, Tracks
 
 
@@ -52,14 +52,23 @@ class Source:
         }
 
 
-def sources_of(method: str, bridged: Sequence[BridgedHand]) -> dict[str, Source]:
-    """Return what fills gaps by a method.
+def sources_of(
+    method: str, bridged: Sequence[BridgedHand], *, causal: bool = False
+) -> dict[str, Source]:
+    """Return what fills gaps by a method, in the order in which it is asked.
+
+    Parameters
+    ----------
+    causal : whether "auto" looks at nothing after the frame that is filled.
 
     Raises
     ------
     HandcleanError
         If the method needs a hand and there is none.
     """
+    if causal and method == "auto":
+        names = CAUSAL_METHODS
+        return {name: Source(prepare=BASELINES[name].prepare) for name in names}
     take = Source(prepare=regression, quick=pretended)
     if method == "take":
         return {"take": take}

@@ -24,12 +24,14 @@ class Shares(NamedTuple):
 class Parts(NamedTuple):
     """What is known of pairs of frames, (N, N').
 
-    square [-] of the distance of their postures, slow [m^2] products of slow features;
-    rows (N,), columns (N',) numbers of the frames; fading, lasting (F,) factors by how
-    many frames two are apart.
+    posture [-], slow [m^2] products of their postures and slow features; left (N,),
+    right (N',) [-] squares of their postures; rows (N,), columns (N',) numbers of the
+    frames; fading, lasting (F,) factors by how many frames two are apart.
     """
 
-    square: Floats
+    posture: Floats
+    left: Floats
+    right: Floats
     slow: Floats
     rows: Ints
     columns: Ints
@@ -46,10 +48,11 @@ def add_covariances(parts: Parts, shares: Shares, lower: bool, out: Floats) -> N
     lower : whether only the lower triangle is wanted.
     """
     root = math.sqrt(3.0)
-    for s in range(parts.square.shape[0]):
-        stop = s + 1 if lower else parts.square.shape[1]
+    for s in range(parts.posture.shape[0]):
+        stop = s + 1 if lower else parts.posture.shape[1]
         for t in range(stop):
-            square = max(parts.square[s, t], 0.0)
+            square = parts.left[s] + parts.right[t] - 2.0 * parts.posture[s, t]
+            square = max(square, 0.0)
             distance = math.sqrt(square)
             apart = abs(parts.rows[s] - parts.columns[t])
             half = math.exp(-0.5 * distance)

@@ -6,6 +6,11 @@ the processes that did them, per take. "shards" are two commands side by side. A
 cluster is a scheduler and workers of one thread, as processes of this machine, started
 before; its memory is the resident set of the scheduler and of a worker at the end of
 a run, and the largest of the process in which the worker does takes.
+
+"clean" cleans copies of one sample. "Killed" are runs of `convert` on two workers, one
+of which, or whose scheduler, is killed when a third of the takes are done; "begun" is
+how often Dask says that a take was begun, and what was begun twice was in the hands of
+the worker that was killed. The same line again then does what is left.
 """
 
 import importlib.util
@@ -24,10 +29,15 @@ from measuring import absent, counted
 
 ROOT = Path(__file__).parents[2]
 TAKE = ROOT / "sample_sessions" / "S01_001_thumb_4_finger.c3d"
-COMMAND = (sys.executable, "-m", "handclean", "inspect", "--json", "--manifest")
-TAKES = counted("takes", 1000, quick=200, tiny=24)
+PROGRAM = (sys.executable, "-m", "handclean")
+INSPECT = ("inspect", "--json", "--manifest", "takes.txt")
+SUBJECT = ROOT / "sample_sessions" / "S01.subject.h5"
+TAKES = counted("takes", 10000, quick=200, tiny=24)
+CLEANED = counted("takes that are cleaned", 1000, quick=20, tiny=4)
+KILLED = counted("takes of a run with a kill", 1000, quick=100, tiny=24)
+WORKERS = (1, 2, 4)
 WITH_SEVERAL = 2
-"""Commands side by side, and most workers of a cluster: the cores of this machine."""
+"""Commands side by side: the cores of this machine."""
 
 
 def environment(**more):
@@ -35,28 +45,30 @@ def environment(**more):
 
 
 def begun(*words, folder, stdout=subprocess.PIPE):
-    line = [*COMMAND, *words]
+    line = [*PROGRAM, *words]
     return subprocess.Popen(line, cwd=folder, env=environment(), stdout=stdout)
 
 
-def run(lines, folder):
+def run(lines, folder, takes):
     """[s] on the wall of command lines side by side, [s] of the takes in each."""
     begin = time.perf_counter()
     processes = [begun(*words, folder=folder) for words in lines]
     told = [process.communicate()[0] for process in processes]
     wall = time.perf_counter() - begin
     found = [[json.loads(line) for line in text.splitlines()] for text in told]
-    assert sum(map(len, found)) == TAKES
+    assert sum(map(len, found)) == takes
     assert all(o["status"] == "done" for part in found for o in part)
     return wall, [sum(o["seconds"] for o in part) for part in found]
 
 
-def row(way, lines, folder, at_a_time):
+def row(way, lines, folder, at_a_time, takes=TAKES):
     """One row; ``at_a_time`` processes do takes."""
-    wall, worked = run(lines, folder)
-    beside = 1e3 * (wall - sum(worked) / at_a_time) / TAKES
+    wall, worked = run(lines, folder, takes)
+    at_a_time = min(at_a_time, WITH_SEVERAL)
+    beside = 1e3 * (wall - sum(worked) / at_a_time) / takes
     return {
         "way": way,
+        "takes": takes,
         "wall [s]": f"{wall:.1f}",
         "work of takes [s]": f"{sum(worked):.1f}",
         "beside it, a take [ms]": f"{beside:.1f}",
@@ -82,7 +94,7 @@ def children(pid):
 @contextmanager
 def cluster(workers, folder):
     """Start a scheduler and workers; give the scheduler's file and all processes."""
-    file = folder / f"scheduler.{workers}"
+    file = folder / f"scheduler.{len(list(folder.glob('scheduler.*')))}"
     processes = []
 
     def dask(*words):
@@ -120,7 +132,7 @@ def wait_for(file, workers):
 def on_cluster(workers, folder):
     """Rows of a cluster with so many workers: time and memory."""
     with cluster(workers, folder) as (file, processes):
-        line = ["takes.txt", "--scheduler", str(file)]
+        line = [*INSPECT, "--scheduler", str(file)]
         found = row(
             f"Dask, {workers} worker{'s' * (workers > 1)}", [line], folder, workers
         )
@@ -141,8 +153,71 @@ def on_cluster(workers, folder):
     return found, memory
 
 
+def cleaned(folder):
+    """Rows of `clean`: on two processes and on a cluster of two workers."""
+    names = (folder / "takes.txt").read_text().splitlines()[:CLEANED]
+    (folder / "some.txt").write_text("".join(f"{name}\n" for name in names))
+    line = ["clean", "--json", "--manifest", "some.txt", "--subject", str(SUBJECT)]
+    found = [
+        row("-j 2", [[*line, "-o", "here", "-j", "2"]], folder, WITH_SEVERAL, CLEANED)
+    ]
+    with cluster(WITH_SEVERAL, folder) as (file, _):
+        words = [*line, "-o", "there", "--scheduler", str(file)]
+        way = f"Dask, {WITH_SEVERAL} workers"
+        found.append(row(way, [words], folder, WITH_SEVERAL, CLEANED))
+    return found
+
+
+def killed(what, folder):
+    """What is lost and done twice when a worker, or the scheduler, is killed."""
+    names = (folder / "takes.txt").read_text().splitlines()[:KILLED]
+    (folder / "killed.txt").write_text("".join(f"{name}\n" for name in names))
+    out = f"out_{what}"
+    line = ["convert", "--json", "--manifest", "killed.txt", "--format", ".csv"]
+    line += ["-o", out, "--scheduler"]
+    with cluster(WITH_SEVERAL, folder) as (file, processes):
+        run_of = begun(*line, str(file), folder=folder)
+        victim = processes[0] if what == "scheduler" else processes[1]
+        while done_in(folder / out) < KILLED // 3:
+            assert run_of.poll() is None
+            time.sleep(0.01)
+        os.killpg(victim.pid, signal.SIGKILL)
+        told = run_of.communicate()[0]
+        times = "-" if what == "scheduler" else str(times_begun(file))
+    first = done_in(folder / out)
+    again = begun(*line[:-1], folder=folder)
+    rest = [json.loads(one) for one in again.communicate()[0].splitlines()]
+    statuses = [json.loads(one)["status"] for one in told.splitlines()]
+    return {
+        "killed": what,
+        "takes": KILLED,
+        "exit status": run_of.returncode,
+        "reported done": statuses.count("done"),
+        "outputs": first,
+        "begun": times,
+        "done by the same line again": sum(o["status"] == "done" for o in rest),
+        "lost": KILLED - done_in(folder / out),
+    }
+
+
+def done_in(folder):
+    """How many outputs are there, whole."""
+    return sum(1 for path in folder.glob("*.csv")) if folder.is_dir() else 0
+
+
+def times_begun(file):
+    """How often Dask's scheduler sent a take to a worker."""
+    from distributed import Client
+
+    def count(dask_scheduler=None):
+        return sum(1 for one in dask_scheduler.transition_log if one[2] == "processing")
+
+    with Client(scheduler_file=str(file), set_as_default=False) as client:
+        return client.run_on_scheduler(count)
+
+
 def rows():
-    """Time beside the work by way, and memory of a cluster."""
+    """Time beside the work by way, memory of a cluster, what a kill costs."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         names = [f"t{number}.c3d" for number in range(TAKES)]
@@ -151,21 +226,23 @@ def rows():
             os.link(folder / names[0], folder / other)
         (folder / "takes.txt").write_text("".join(f"{name}\n" for name in names))
         shards = [
-            ["takes.txt", "--shard", f"{part}/{WITH_SEVERAL}"]
+            [*INSPECT, "--shard", f"{part}/{WITH_SEVERAL}"]
             for part in range(1, WITH_SEVERAL + 1)
         ]
         ways = [
-            row("-j 1", [["takes.txt"]], folder, 1),
-            row("-j 2", [["takes.txt", "-j", "2"]], folder, 2),
+            row("-j 1", [[*INSPECT]], folder, 1),
+            row("-j 2", [[*INSPECT, "-j", "2"]], folder, 2),
             row(f"{WITH_SEVERAL} shards", shards, folder, WITH_SEVERAL),
         ]
         if importlib.util.find_spec("distributed") is None:
             absent("Dask")
-            return {"Time": ways}
-        both = [on_cluster(count, folder) for count in (1, WITH_SEVERAL)]
+            return {"inspect": ways}
+        both = [on_cluster(count, folder) for count in WORKERS]
         return {
-            "Time": [*ways, *(time for time, _ in both)],
+            "inspect": [*ways, *(time for time, _ in both)],
+            "clean": cleaned(folder),
             "Memory, Dask": [memory for _, memory in both],
+            "Killed": [killed(what, folder) for what in ("worker", "scheduler")],
         }
 
 

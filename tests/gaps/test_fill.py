@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from handclean.errors import HandcleanError
+from handclean.gaps.family.table import BASELINES
 from handclean.gaps.fill import fill
-from handclean.gaps.settings import FillConfig
+from handclean.gaps.settings import CAUSAL_METHODS, FillConfig
 from handclean.hand.marker_set import load_marker_set
 from handclean.hand.subject import template_subject
 from handclean.ik.prior import PosturePrior
@@ -225,6 +226,7 @@ def test_a_take_without_rate_or_markers_is_refused(scenes, gappy):
         ({"max_gap_s": -1.0}, "max_gap_s"),
         ({"seed_frames": 4}, "seed_frames"),
         ({"max_sigma_m": 0.0}, "max_sigma_m"),
+        ({"causal": True, "method": "take"}, "'take' looks ahead; with causal it"),
     ],
 )
 def test_settings_outside_their_limits_are_refused(given, wrong):
@@ -281,3 +283,24 @@ def test_short_gaps_beside_a_long_one_are_filled_as_well_as_others(scenes, rng):
     assert new.sum() == 5 * len(finger) + 1
     away = np.linalg.norm(filled.markers.positions - whole.markers.positions, axis=2)
     assert away[new].max() < 1e-3
+
+
+def test_a_causal_fill_does_not_depend_on_what_comes_after(scenes, rng):
+    """But for sigma, and for whether a gap is filled at all."""
+    whole = scenes.take(scenes.waving(rng, 300), 2e-5, rng)
+    take = scenes.without(whole, ("R_INDEX_TIP", 100, 115))
+    later = take.markers.positions.copy()
+    later[115:] += 0.02 * rng.normal(size=later[115:].shape)
+    other = replace(take, markers=replace(take.markers, positions=later))
+    settings = FillConfig(causal=True, max_sigma_m=1.0)
+    found = [fill(one, scenes.subject, settings=settings) for one in (take, other)]
+    column = scenes.column("R_INDEX_TIP")
+    places = [one.markers.positions[100:115, column] for one, _ in found]
+    assert found[0][1].filled_by == found[1][1].filled_by == {"affine": 1}
+    np.testing.assert_array_equal(*places)
+    ahead = fill(take, scenes.subject)[0].markers.positions[100:115, column]
+    assert not np.array_equal(places[0], ahead)
+
+
+def test_the_causal_methods_are_those_of_the_table():
+    assert set(CAUSAL_METHODS) == {n for n, one in BASELINES.items() if one.causal}

@@ -69,17 +69,14 @@ def covariance(left: Rows, right: Rows, scale: Scale, *, lower: bool = False) ->
     ----------
     lower : whether only the lower triangle is needed; the rest is not covariance then.
     """
-    square = (
-        np.sum(left.posture**2, axis=1)[:, None]
-        + np.sum(right.posture**2, axis=1)
-        - 2.0 * left.posture @ right.posture.T
-    )
     slow = (left.slow - scale.centre) @ (right.slow - scale.centre).T
     out = left.quick @ right.quick.T
     furthest = max(left.frame.max(), right.frame.max())
     apart = scale.clock * np.arange(furthest + 1)
     parts = Parts(
-        square=square,
+        posture=left.posture @ right.posture.T,
+        left=np.einsum("np,np->n", left.posture, left.posture),
+        right=np.einsum("np,np->n", right.posture, right.posture),
         slow=slow,
         rows=left.frame,
         columns=right.frame,

@@ -77,7 +77,8 @@ class Regression:
         share = self.tracks.seen[rows].mean(axis=0)
         share[hidden] = 0.0
         share[gap.column] = 0.0
-        always, features = share == 1.0, share >= LEAST_SEEN
+        inside = self.tracks.seen[gap.start : gap.stop].mean(axis=0)
+        always, features = share == 1.0, (share > 0.0) & (inside >= LEAST_SEEN)
         if np.count_nonzero(always) < FEWEST_OTHERS:
             raise Refused("fewer than three other markers are seen throughout")
         seen = self.tracks.seen

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
 
 from handclean.arrays import Bools, Floats, Ints
 from handclean.gaps.regression.covariance import (
@@ -77,24 +76,40 @@ def guess(
     here, there = (rows_at(window, scales, at, clock) for at in (learn, inside))
     scale = Scale(there.slow.mean(axis=0), scales.variance, clock)
     square = covariance(here, here, scale, lower=True)
-    square[np.diag_indices(len(learn))] += 2.0 * window.noise + EXTRA_NOISE_M2
-    lower = cholesky(square, lower=True, overwrite_a=True, check_finite=False)
+    noise = 2.0 * window.noise + EXTRA_NOISE_M2
+    square[np.diag_indices(len(learn))] += noise
     mean = window.target[learn].mean(axis=0)
-    cross = covariance(here, there, scale)
-    solved = solve_triangular(
-        lower,
-        np.hstack([cross, window.target[learn] - mean]),
-        lower=True,
-        check_finite=False,
-    )
-    half, told = solved[:, : len(inside)], solved[:, len(inside) :]
-    left = own_variance(there, scale) - np.sum(half**2, axis=0)
+    cross = covariance(there, here, scale)
+    rows = np.vstack([cross, (window.target[learn] - mean).T])
+    solved = half_solved(square, rows, noise)
+    half, told = solved[: len(inside)], solved[len(inside) :].T
+    left = own_variance(there, scale) - np.sum(half**2, axis=1)
     usual = np.sum(told**2) / told.size
     return Guess(
-        places=mean + half.T @ told,
-        deviation=np.sqrt(np.maximum(left, 0.0) + 2.0 * window.noise + EXTRA_NOISE_M2)
-        * np.sqrt(usual),
+        places=mean + half @ told,
+        deviation=np.sqrt((np.maximum(left, 0.0) + noise) * usual),
     )
+
+
+def half_solved(square: Floats, rows: Floats, least: float) -> Floats:
+    """(M, N) rows times the inverse of the transposed Cholesky factor of a square.
+
+    The factor of a larger matrix, with the rows below the square and enough on the
+    diagonal beside them, has them in the rows' place. (numpy has no triangular solver;
+    loading scipy's takes longer than the gaps of a short take do.)
+
+    Parameters
+    ----------
+    square : (N, N) positive definite; its lower triangle is read.
+    rows : (M, N)
+    least : no eigenvalue of the square is less.
+    """
+    size, more = len(square), len(rows)
+    whole = np.zeros((size + more, size + more))
+    whole[:size, :size] = square
+    whole[size:, :size] = rows
+    whole[size:, size:] = np.eye(more) * (1.0 + np.sum(rows**2) / least)
+    return np.asarray(np.linalg.cholesky(whole)[size:, :size])
 
 
 def rows_at(window: Window, scales: Scales, at: Ints, clock: float) -> Rows:

@@ -2,12 +2,19 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from handclean.gaps.pseudo import PseudoGap, filled
 from handclean.gaps.regression import process
 from handclean.gaps.regression.covariance import Scale, covariance, own_variance
 from handclean.gaps.regression.fill import pretended, regression
-from handclean.gaps.regression.process import choose, guess, rows_at
+from handclean.gaps.regression.process import (
+    choose,
+    guess,
+    half_solved,
+    rows_at,
+)
 from handclean.gaps.runs import Gap
 from handclean.gaps.tracks import Refused
 
@@ -74,6 +81,14 @@ def test_markers_with_gaps_of_their_own_still_tell(bending, tracks_of):
     assert error(parts, bending, gap) < 2.0 * error(whole, bending, gap) + 2e-4
 
 
+def test_a_marker_hidden_in_the_same_few_frames_tells_nothing(bending, tracks_of):
+    gap = Gap(column=5, start=1000, stop=1005)
+    both = regression(tracks_of(bending, (5, 1000, 1005), (4, 1000, 1005)))
+    always, features = both._features(gap, np.zeros(8, dtype=bool))
+    assert 4 not in features
+    assert set(always) == set(features)
+
+
 def test_too_little_to_learn_from_is_refused(bending, tracks_of):
     few = tracks_of(bending, (3, 25, 2400))
     with pytest.raises(Refused, match="too few frames"):
@@ -122,3 +137,15 @@ def test_the_guess_is_the_textbooks(bending, tracks_of):
     left = left - np.einsum("ng,nm,mg->g", cross, inverse, cross) + noise
     usual = np.einsum("ni,nm,mi->", off, inverse, off) / off.size
     np.testing.assert_allclose(found.deviation**2, left * usual, rtol=1e-3)
+
+
+@given(st.integers(1, 40), st.integers(1, 30), st.integers(0, 999))
+def test_half_solving_is_a_triangular_solve(size, more, seed):
+    rng = np.random.default_rng(seed)
+    root = rng.normal(scale=0.02, size=(size, size))
+    square = root @ root.T + 3e-9 * np.eye(size)
+    rows = rng.normal(scale=0.02, size=(more, size))
+    expected = np.linalg.solve(np.linalg.cholesky(square), rows.T).T
+    found = half_solved(np.tril(square), rows, 3e-9)
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(found, expected, atol=1e-7 * scale)
