@@ -1,6 +1,6 @@
 """Gaps of marker trajectories filled, each with the error to expect of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,22 +68,39 @@ def fill_tracks(
     bridged : hands whose posture can be followed; may be empty.
     """
     gaps = gaps_of_take(tracks, settings.max_gap_s)
-    judged = {gap: JudgedGap(gap=gap) for gap in gaps}
-    left = [gap for gap in gaps if not gap.refused]
+    asked = [gap for gap in gaps if not gap.refused]
     sources = sources_of(settings.method, bridged, causal=settings.causal)
+    enough_m = settings.max_sigma_m
+    found = by_sources(tracks, asked, sources, enough_m)
+    judged = {gap: JudgedGap(gap=gap) for gap in gaps}
+    judged |= dict(zip(asked, found, strict=True))
+    why = f"{TOO_UNSURE} {enough_m:.3g} m"
+    for gap in asked:
+        if judged[gap].path is not None and judged[gap].expected_m > enough_m:
+            judged[gap] = replace(judged[gap], gap=replace(gap, refused=why))
+    done = [judged[gap] for gap in gaps]
+    return FilledTracks(gaps=done, q95=_q95(tracks, done))
+
+
+def by_sources(
+    tracks: Tracks, gaps: Sequence[Gap], sources: Mapping[str, Source], enough_m: float
+) -> list[JudgedGap]:
+    """Fill gaps by one source after another, each where those before are too unsure.
+
+    Parameters
+    ----------
+    enough_m : [m] expected error up to which no other source is asked.
+    """
+    judged = {gap: JudgedGap(gap=gap) for gap in gaps}
+    left = list(gaps)
     for name, source in sources.items():
         found = by_source(tracks, left, name, source)
         for gap, one in zip(left, found, strict=True):
             first = not judged[gap].gap.refused and judged[gap].path is None
             if first or one.expected_m < judged[gap].expected_m:
                 judged[gap] = one
-        left = [gap for gap in left if judged[gap].expected_m > settings.max_sigma_m]
-    why = f"{TOO_UNSURE} {settings.max_sigma_m:.3g} m"
-    for gap in left:
-        if judged[gap].path is not None:
-            judged[gap] = replace(judged[gap], gap=replace(gap, refused=why))
-    done = [judged[gap] for gap in gaps]
-    return FilledTracks(gaps=done, q95=_q95(tracks, done))
+        left = [gap for gap in left if judged[gap].expected_m > enough_m]
+    return [judged[gap] for gap in gaps]
 
 
 def by_source(

@@ -1,0 +1,1 @@
+"""The benchmark of gap filling; see handclean's README, "Judging fillers"."""
