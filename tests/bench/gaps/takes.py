@@ -76,16 +76,16 @@ def _fingers(labels, marker_set):
 def dfki13():
     """The right hand of a Qualisys recording with its gaps, or None."""
     take = _read("dfki13", "hand_embodiment/recording.tsv")
-    return take and _of_set(take, "dfki13", "dfki13")
+    return take and of_set(take, "dfki13", "dfki13")
 
 
 def pick1():
     """The right hand of a guitarist with its gaps, or None."""
     take = _read("Pick1", "guitar/Pick1.csv", rate_hz=120.0, unit="mm")
-    return take and _of_set(take, "Pick1 right", "xu19")
+    return take and of_set(take, "Pick1 right", "xu19")
 
 
-def _of_set(take, name, marker_set, **more):
+def of_set(take, name, marker_set, **more):
     """The markers of a set."""
     known = load_marker_set(marker_set).labels
     columns = [m for m, label in enumerate(take.markers.labels) if label in known]
@@ -171,7 +171,7 @@ def noisy():
     found = []
     for path in files[: 3 * NOISY]:
         try:
-            take = _of_set(read(path, unit="mm"), path.stem, "han19", margin=60)
+            take = of_set(read(path, unit="mm"), path.stem, "han19", margin=60)
         except HandcleanError:
             continue
         found.append(longest_whole(take))

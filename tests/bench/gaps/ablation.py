@@ -1,0 +1,76 @@
+"""What each part of the take's regression is worth: errors with it switched off."""
+
+from contextlib import contextmanager
+from unittest import mock
+
+import numpy as np
+
+from gaps.errors import YARDSTICK, Errors, compared, judged, words
+from handclean.gaps.regression import covariance, features, process
+
+OFF = {
+    "full": {},
+    "local slope off": {"LOCAL_SLOPE": 0.0},
+    "posture off": {"POSTURE": 0.0},
+    "posture x time off": {"POSTURE_TIME": 0.0},
+    "both posture terms off": {"POSTURE": 0.0, "POSTURE_TIME": 0.0},
+    "time off": {"TIME": 0.0},
+    "all residual terms off": {"POSTURE": 0.0, "POSTURE_TIME": 0.0, "TIME": 0.0},
+    "bands off": {},
+    "weights off": {},
+}
+
+
+@contextmanager
+def without(name):
+    """Switch a part of the regression off for a while."""
+    with mock.patch.multiple(covariance, **OFF[name]) if OFF[name] else _nothing():
+        if name == "bands off":
+            with mock.patch.object(process, "rows_at", _one_band):
+                yield
+        elif name == "weights off":
+            with mock.patch.object(features, "rigidity", _even):
+                yield
+        else:
+            yield
+
+
+@contextmanager
+def _nothing():
+    yield
+
+
+def _one_band(window, scales, at, clock):
+    """All of a feature has the slopes of the slow band."""
+    slow = window.features[at] * np.sqrt(window.weight)
+    return covariance.Rows(
+        posture=scales.posture[at],
+        slow=slow,
+        quick=np.zeros((len(at), 1)),
+        frame=at,
+    )
+
+
+def _even(positions, column, others):
+    return np.ones(len(others))
+
+
+def rows(takes, holes_of, yardstick, prepare):
+    """Rows: ratio to the yardstick with each part off, over all gaps."""
+    table = []
+    for name in OFF:
+        found = Errors()
+        with without(name):
+            for take in takes:
+                fillers = {YARDSTICK: yardstick, "take": prepare}
+                found.add(judged(take, holes_of(take), fillers))
+        ratio = compared(found, "take")
+        table.append(
+            {
+                "regression": name,
+                "gaps": ratio.gaps,
+                "ratio": words(ratio.geometric),
+                "of means": words(ratio.of_means),
+            }
+        )
+    return table
