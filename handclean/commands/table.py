@@ -90,6 +90,9 @@ read: what was made is looked at in any case."""
 JUDGE_LAYOUTS = _command("optimize-layout", step="evaluate_layout", reads=[".toml"])
 """``optimize-layout --evaluate``, which writes nothing."""
 
+JUDGE_FILLERS = _command("fill-gaps", step="evaluate_fillers")
+"""``fill-gaps --evaluate``, which writes tables and a plot at most."""
+
 
 def work_of(name: str, batch: Batch, settings: Any = None) -> Work:
     """Make the work of the command of this name."""

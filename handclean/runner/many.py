@@ -19,7 +19,7 @@ from handclean.runner import (
     terminal,
 )
 from handclean.runner.batch import Batch, Report, Task
-from handclean.runner.command import Work
+from handclean.runner.command import Command, Work
 from handclean.runner.compiling import Once, silent, to_stderr
 from handclean.runner.conditions import Condition
 from handclean.runner.console import Console
@@ -41,13 +41,18 @@ DIFFERENT = 1
 """The exit status of ``inspect --verify`` where two readers differ."""
 
 
-def run(work: Work, batch: Batch) -> int:
+Plan = Callable[[Batch, Sequence[Line], Command], list[Task]]
+"""Plans the tasks of inputs, one for each that is not left out."""
+
+
+def run(work: Work, batch: Batch, planned: Plan = plan.mapping) -> int:
     """Run a step once for every input; return the exit status.
 
     Parameters
     ----------
     work : what to do.
     batch : with what.
+    planned : plans what is written for each input.
 
     Raises
     ------
@@ -55,7 +60,7 @@ def run(work: Work, batch: Batch) -> int:
         If something is wrong with the request as a whole; then nothing is done.
     """
     lines = plan.lines_of(batch, work.command.reads)
-    tasks = plan.mapping(batch, lines, work.command)
+    tasks = planned(batch, lines, work.command)
     work.command.expect_right(batch, tasks)
     lines = plan.included(lines)
     return run_tasks(

@@ -68,6 +68,54 @@ def mapping(batch: Batch, lines: Sequence[Line], command: Command) -> list[Task]
     return tasks
 
 
+def in_folders(
+    batch: Batch,
+    lines: Sequence[Line],
+    command: Command,
+    names: Sequence[str] = (),
+    beside: Sequence[Path] = (),
+) -> list[Task]:
+    """Plan a command that may write files of fixed names for every input.
+
+    Those of one input go into the folder ``-o``; of several each has a folder below it,
+    which keeps the input's path below their common parent. Without ``-o`` there are
+    none.
+
+    Parameters
+    ----------
+    names : what the files are called.
+    beside : further outputs, with any suffix, of one input.
+
+    Raises
+    ------
+    UsageError
+        If ``-o`` names a file, if there is a file beside several inputs, if two inputs
+        would share a folder, or if an output is an input itself.
+    """
+    if beside and len(lines) > 1:
+        wrong = f"is one file for {len(lines)} inputs; give one input, or -o"
+        raise UsageError(wrong, where=beside[0])
+    folders: list[Path | None] = [None] * len(lines)
+    if batch.output is not None:
+        top = Path(batch.output)
+        if not _is_folder(batch.output):
+            raise UsageError("should be a folder", where=top)
+        parent = _common_parent(lines)
+        below = [Path(_below(line.input, parent)).with_suffix("") for line in lines]
+        folders = [top / part for part in below] if len(lines) > 1 else [top]
+    tasks = [
+        Task(
+            sources=(_source(batch, line),),
+            outputs=(*(folder / name for name in names if folder), *beside),
+            token=token(),
+        )
+        for line, folder in zip(lines, folders, strict=True)
+        if not line.excluded
+    ]
+    expect_apart(tasks, command.records, batch.reads)
+    return tasks
+
+
 def reducing(
     batch: Batch,
     lines: Sequence[Line],

@@ -19,6 +19,10 @@ from handclean.simulation.settings import SimulateConfig
 from handclean.subject.scan.settings import ScanConfig
 from handclean.subject.settings import CalibrateConfig
 
+EVALUATION_ROWS, EVALUATION_TABLE = "evaluation.csv", "table.txt"
+EVALUATION_PLOT = "errors.png"
+"""Files of a take that ``fill-gaps --evaluate`` writes."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LearnConfig:
@@ -51,6 +55,22 @@ class Filling:
 
     fill: FillConfig
     solve: SolveConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgingFillers:
+    """Settings of judging fillers, and what is written of it.
+
+    Attributes
+    ----------
+    method : the only filler beside the yardstick, or "" for all.
+    written : names of the files of each take; those beside are plots.
+    """
+
+    fill: FillConfig
+    solve: SolveConfig
+    method: str
+    written: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

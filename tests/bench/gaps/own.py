@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from handclean.gaps.fill import fill_tracks, hands_of
+from handclean.gaps.fill import hands_of
+from handclean.gaps.fill_tracks import fill_tracks
 from handclean.gaps.hand import bridge_hand
 from handclean.gaps.settings import FillConfig
 from handclean.ik.settings import SolveConfig

@@ -5,7 +5,7 @@ import tracemalloc
 
 import numpy as np
 
-from handclean.gaps.fill import fill_tracks
+from handclean.gaps.fill_tracks import fill_tracks
 from handclean.gaps.settings import FillConfig
 
 GAP_S = 0.2
