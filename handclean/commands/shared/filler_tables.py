@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from handclean.gaps.evaluate import Judgement
+from handclean.gaps.evaluate import YARDSTICK, Judgement
 from handclean.gaps.scores import Against, Cell, Interval, Score, winner
 
 PAVLLO = {"last": "LK", "average": "MA", "affine": "AC"}
 """Baselines of Pavllo et al. 2019, table 3, by the names they have here."""
 
-WIDE = 98
-"""[characters] no line of a table is longer."""
+FOREMOST = (YARDSTICK, "take", "auto")
+"""Fillers that are always shown beside them."""
 
 COLUMNS = (
     "number",
@@ -107,19 +107,23 @@ def _ratios(found: Against) -> dict[str, Any]:
 
 def in_text(found: Found) -> str:
     """Write the tables that everybody wants to see."""
-    return "\n\n".join([_overall(found), _winners(found), _last_frames(found)])
+    few = [name for name in (*PAVLLO, *FOREMOST) if name in found.overall]
+    if len(found.overall) <= len(few) + 1:
+        few = list(found.overall)
+    return "\n\n".join([_overall(found), _winners(found), _last_frames(found, few)])
 
 
 def at_length(found: Found) -> str:
     """Write all tables."""
-    return "\n\n".join([in_text(found), _cells(found)])
+    last = _last_frames(found, list(found.overall))
+    return "\n\n".join([_overall(found), _winners(found), last, _cells(found)])
 
 
 def _overall(found: Found) -> str:
     lines = [
         "all gaps: error against the ridge's, in the geometric mean and of means, with "
         "95 % intervals",
-        f"{'filler':<16} {'ratio':<20} {'of means':<20} >1.25 {'mean':>7} "
+        f"{'filler':<16} {'ratio':<18} {'of means':<18} >1.25 {'mean':>7} "
         f"{'open':>9} {'sigma':>9} {'ms':>5}",
     ]
     for name, one in found.overall.items():
@@ -155,7 +159,7 @@ def _winners(found: Found) -> str:
     return "\n".join(lines)
 
 
-def _last_frames(found: Found) -> str:
+def _last_frames(found: Found, names: Sequence[str]) -> str:
     """Write table 3 of Pavllo et al. 2019 for this take, in its form."""
     cells = [cell for cell in found.by_cell if cell.pattern.isdigit()]
     lengths = sorted({cell.length_s for cell in cells})
@@ -163,9 +167,8 @@ def _last_frames(found: Found) -> str:
         "error on the last frame [cm] (Pavllo et al. 2019, table 3)",
         f"{'method':<16} occlusions" + "".join(f"{s:>8} s" for s in lengths),
     ]
-    for name in (*PAVLLO, *(n for n in found.overall if n not in PAVLLO)):
-        if name in found.overall:
-            lines += _last_frames_of(found, name, lengths)
+    for name in names:
+        lines += _last_frames_of(found, name, lengths)
     return "\n".join(lines)
 
 
@@ -201,8 +204,14 @@ def _cells(found: Found) -> str:
 
 def _interval(found: Interval) -> str:
     if found.value != found.value:
-        return f"{'-':<20}"
-    return f"{f'{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]':<20}"
+        return f"{'-':<18}"
+    value, low, high = map(_ratio, found)
+    return f"{f'{value} [{low}, {high}]':<18}"
+
+
+def _ratio(value: float) -> str:
+    """Write a number with three figures or so."""
+    return f"{value:.2f}" if value < 10.0 else f"{value:.3g}"
 
 
 def _share(value: float) -> str:
