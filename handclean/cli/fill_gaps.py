@@ -52,7 +52,7 @@ def command(
     evaluate: bool,
     plot: Path | None,
 ) -> int:
-    """Fill gaps in marker trajectories.
+    """Fill gaps in marker trajectories, or judge what fills them.
 
     Markers are filled from each other, as the take shows that they go together, as far
     as the error to expect allows; --subject, or --marker-set for the template, adds a

@@ -28,7 +28,7 @@ COMMANDS = {
     "inspect": "Say what is in a file and what is odd about it.",
     "clean": "Label, fill gaps and solve unlabelled takes in one pass.",
     "label": "Name the markers of unlabelled takes.",
-    "fill-gaps": "Fill short gaps in marker trajectories.",
+    "fill-gaps": "Fill gaps in marker trajectories, or judge what fills them.",
     "solve": "Find the joint angles of labelled takes.",
     "calibrate-hand markers": "Learn a hand and its markers from labelled "
     "range-of-motion takes.",

@@ -109,7 +109,9 @@ def _found(
         )
     fillers: dict[str, Filler] = {
         method: _filler(method, recording, subjects, prior, settings)
-        for method in methods_to_judge(settings.method, hands=bool(subjects))
+        for method in methods_to_judge(
+            settings.method, hands=bool(subjects), causal=settings.fill.causal
+        )
     }
     judgement = judge(tracks, rounds, fillers, progress.tell)
     max_sigma_m = settings.fill.max_sigma_m
@@ -134,11 +136,11 @@ def _filler(
     prior: PosturePrior | None,
     settings: JudgingFillers,
 ) -> Filler:
-    fill = replace(settings.fill, method=method)
+    fill = replace(settings.fill, method=method, causal=False)
     own: Sequence[HandOfTake] = list(
         hands_of(recording, subjects, prior, fill, settings.solve).values()
     )
-    return named(method, own, fill.max_sigma_m)
+    return named(method, own, fill.max_sigma_m, causal=settings.fill.causal)
 
 
 def _line(found: Found, figures: Mapping[str, Any]) -> str:

@@ -23,7 +23,12 @@ from handclean.gaps.cuts import Cut
 from handclean.gaps.fill_tracks import JudgedGap, by_sources
 from handclean.gaps.hand import HandOfTake, bridge_hand
 from handclean.gaps.runs import Gap
-from handclean.gaps.settings import METHODS, POSTURE_METHODS, FillConfig
+from handclean.gaps.settings import (
+    CAUSAL_METHODS,
+    METHODS,
+    POSTURE_METHODS,
+    FillConfig,
+)
 from handclean.gaps.sources import Source, sources_of
 from handclean.gaps.tracks import Prepare, Tracks
 from handclean.hand.subject import Subject
@@ -74,16 +79,21 @@ class Judgement:
     seconds: Mapping[str, float]
 
 
-def methods_to_judge(method: str, *, hands: bool) -> tuple[str, ...]:
+def methods_to_judge(
+    method: str, *, hands: bool, causal: bool = False
+) -> tuple[str, ...]:
     """Name the fillers to judge, the yardstick first.
 
     Parameters
     ----------
     method : the only one beside the yardstick, or "" for all.
     hands : whether the posture of a hand can be followed.
+    causal : whether those only that look at nothing after the frame they fill.
     """
     if method:
         return tuple(dict.fromkeys([YARDSTICK, method]))
+    if causal:
+        return (YARDSTICK, "auto", *CAUSAL_METHODS)
     left_out = () if hands else POSTURE_METHODS
     all_of = [name for name in METHODS if name not in left_out]
     return tuple(dict.fromkeys([YARDSTICK, "take", "auto", *all_of]))
@@ -93,6 +103,8 @@ def named(
     method: str,
     hands: Sequence[HandOfTake] = (),
     max_sigma_m: float = FillConfig.max_sigma_m,
+    *,
+    causal: bool = False,
 ) -> Filler:
     """Return the filler that ``fill-gaps`` has by a name.
 
@@ -100,12 +112,13 @@ def named(
     ----------
     hands : whose posture can be followed; only some methods look at them.
     max_sigma_m : [m] as of ``fill-gaps``; where "auto" asks its next source.
+    causal : whether "auto" looks at nothing after the frame it fills.
     """
-    of_posture = method in ("auto", *POSTURE_METHODS)
+    of_posture = method in POSTURE_METHODS or (method == "auto" and not causal)
 
     def fill(tracks: Tracks, gaps: Sequence[Gap]) -> list[JudgedGap]:
         bridged = [bridge_hand(hand, tracks) for hand in hands if of_posture]
-        sources = sources_of(method, bridged)
+        sources = sources_of(method, bridged, causal=causal)
         return by_sources(tracks, gaps, sources, max_sigma_m)
 
     return fill

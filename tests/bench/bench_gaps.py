@@ -26,10 +26,10 @@ from multiprocessing import get_context
 from os import environ, sched_getaffinity
 
 import numpy as np
-from measuring import absent, counted
-
 from gaps import ablation, errors, own, posture, sides, sigmas, speed, takes
 from gaps.cells import EACH, LENGTHS_S, SEEDS, holes
+from measuring import absent, counted
+
 from handclean.gaps.evaluate import named
 from handclean.gaps.family.table import BASELINES
 from handclean.gaps.regression.fill import regression

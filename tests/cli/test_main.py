@@ -41,7 +41,7 @@ def test_help_of_a_command_agrees_with_the_list(call, command):
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        ("fill-gaps", "A hand is always needed"),
+        ("fill-gaps", "Markers are filled from each other"),
         ("compare", "each sample that no camera saw counts as missed"),
         ("simulate", "handclean simulate scan -o"),
         ("simulate", "handclean simulate glove -o"),

@@ -17,7 +17,7 @@ from handclean.gaps.evaluate import (
     of,
 )
 from handclean.gaps.scores import Cell, against, cells_of, score, winner
-from handclean.gaps.settings import METHODS, POSTURE_METHODS
+from handclean.gaps.settings import CAUSAL_METHODS, METHODS, POSTURE_METHODS
 from handclean.gaps.tracks import Path, Refused, Tracks
 
 RATE = 60.0
@@ -188,6 +188,8 @@ def test_all_fillers_are_judged_unless_one_is_asked_for():
     assert sorted(everything) == sorted(METHODS)
     without = set(everything) - set(methods_to_judge("", hands=False))
     assert without == set(POSTURE_METHODS)
+    causal = methods_to_judge("", hands=True, causal=True)
+    assert causal == ("ridge", "auto", *CAUSAL_METHODS)
     assert methods_to_judge("pca", hands=False) == ("ridge", "pca")
     assert methods_to_judge("ridge", hands=False) == ("ridge",)
 

@@ -153,3 +153,34 @@ def test_reducing_wants_one_file():
             plan.reducing(Batch(output=output), lines, tally((".h5",)))
     with pytest.raises(UsageError, match="lists no takes"):
         plan.reducing(Batch(output="s.h5"), (), (".h5",))
+
+
+def in_folders(*names, beside=(), **options):
+    batch = Batch(inputs=tuple(map(Path, names)), **options)
+    lines = plan.lines_of(batch)
+    tasks = plan.in_folders(batch, lines, tally(()), ("a.csv", "b.png"), beside)
+    return [[str(path) for path in task.outputs] for task in tasks]
+
+
+def test_files_of_fixed_names_have_a_folder_for_each_of_several_inputs():
+    assert in_folders("x/t.c3d") == [[]]
+    assert in_folders("x/t.c3d", output="out/") == [["out/a.csv", "out/b.png"]]
+    assert in_folders("x/S1/t.c3d", "x/S2/t.c3d", output="o") == [
+        ["o/S1/t/a.csv", "o/S1/t/b.png"],
+        ["o/S2/t/a.csv", "o/S2/t/b.png"],
+    ]
+    assert in_folders("t.c3d", beside=[Path("p.svg")]) == [["p.svg"]]
+
+
+@pytest.mark.parametrize(
+    ("names", "options", "wrong"),
+    [
+        (("t.c3d",), {"output": "o.csv"}, "o.csv: should be a folder"),
+        (("a.c3d", "b.c3d"), {"beside": [Path("p.svg")]}, "one file for 2 inputs"),
+        (("t.c3d", "t.trc"), {"output": "o"}, "t.trc"),
+        (("a.csv",), {"output": "."}, "is read as well as written"),
+    ],
+)
+def test_files_of_fixed_names_need_a_place_of_their_own(names, options, wrong):
+    with pytest.raises(UsageError, match=wrong):
+        in_folders(*names, **options)

@@ -22,6 +22,12 @@ EACH = 12
 """Gaps of a cell, take and seed."""
 
 
+HEAD = (
+    "gap", "take", "rate_hz", "seed", "length_s", "pattern", "markers", "first", "last"
+)  # fmt: skip
+"""Columns of ``gaps.csv``."""
+
+
 @dataclass(frozen=True)
 class Hole:
     """Markers ``hidden`` in frames ``first`` to ``stop`` (exclusive) of a take."""
@@ -46,7 +52,7 @@ def holes(take, seed, each=EACH):
     frames, markers = take.positions.shape[:2]
     found = []
     for length in LENGTHS_S:
-        n = int(round(length * take.rate))
+        n = round(length * take.rate)
         for pattern in PATTERNS:
             for _ in range(each if frames > n + 2 * take.margin else 0):
                 if pattern == "finger":
@@ -73,8 +79,17 @@ def write(folder, takes, found):
     with (folder / "gaps.csv").open("w", newline="") as file:
         out = csv.writer(file)
         out.writerow(
-            ["gap", "take", "rate_hz", "seed", "length_s", "pattern", "markers"]
-            + ["first", "last"]
+            [
+                "gap",
+                "take",
+                "rate_hz",
+                "seed",
+                "length_s",
+                "pattern",
+                "markers",
+                "first",
+                "last",
+            ]
         )
         rates = {take.name: take.rate for take in takes}
         for number, hole in enumerate(found):

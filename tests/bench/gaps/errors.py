@@ -72,13 +72,20 @@ def judged(take, holes, fillers):
             try:
                 filled = paths(prepare, tracks, hole)
             except Refused:
-                filled = np.full(truth.shape, np.nan)
+                filled = None
             found.seconds[name] += time.process_time() - begun
-            away = np.linalg.norm(filled - truth, axis=2)
-            found.mean[name].append(float(away.mean()))
-            found.last[name].append(float(away[-1].mean()))
-            found.bend[name].append(_bend(take, hole, filled))
+            note(found, name, take, hole, filled)
     return found
+
+
+def note(found, name, take, hole, filled):
+    """Note errors of what was filled into a gap, (N, k, 3) [m] or None."""
+    truth = _truth(take, hole)
+    places = np.full(truth.shape, np.nan) if filled is None else filled
+    away = np.linalg.norm(places - truth, axis=2)
+    found.mean[name].append(float(away.mean()))
+    found.last[name].append(float(away[-1].mean()))
+    found.bend[name].append(_bend(take, hole, places))
 
 
 def _truth(take, hole):

@@ -1,4 +1,4 @@
-"""Whether sigma is true: takes as they are, cut by the protocol of `fill-gaps --evaluate`."""
+"""Whether sigma is true: takes as they are, cut as `fill-gaps --evaluate` does."""
 
 import numpy as np
 

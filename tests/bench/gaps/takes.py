@@ -1,4 +1,4 @@
-"""Takes in which nothing is missing, to cut gaps into, and takes with gaps of their own.
+"""Takes in which nothing is missing, to cut gaps into, and takes with their own gaps.
 
 The recordings are those of the folder that HANDCLEAN_DATA names, by default those kept
 beside the project. A recording that is not there is left out, and noted.
