@@ -15,9 +15,9 @@ from handclean.runner.batch import Batch
 
 
 @click.command("clean")
-@options.settings("label", LabelConfig, prefix="label", into="label")
-@options.settings("fill-gaps", FillConfig, prefix="fill", into="fill")
-@options.settings("solve", SolveConfig, prefix="solve", into="solve")
+@options.settings("label", LabelConfig, prefix="label", into="label", bare=True)
+@options.settings("fill-gaps", FillConfig, prefix="fill", into="fill", bare=True)
+@options.settings("solve", SolveConfig, prefix="solve", into="solve", bare=True)
 @options.prior
 @options.batch(
     options.SOURCES, options.OUTPUT, options.HANDS, options.MANY, options.TELLING

@@ -252,6 +252,7 @@ def settings(
     prefix: str = "",
     into: str = "settings",
     beneath: str = "",
+    bare: bool = False,
 ) -> Decorator:
     """Add an option for every setting; the command receives them as ``into``.
 
@@ -263,19 +264,22 @@ def settings(
     ----------
     prefix : comes before the options of one of several settings of a command: "fill"
         makes ``--fill-max-gap-s`` of ``max_gap_s``.
+    bare : whether the option without the prefix works, too; help hides it.
     beneath : parameter of the command that has a ``layer`` of settings of its own;
         configuration file and options beat it.
     """
     start = f"{prefix}_" if prefix else ""
     found = settings_of(cls)
     known = {start + setting.name: setting for setting in found}
-    former = {start + one.former: one for one in found if one.former}
+    hidden = {start + one.former: one for one in found if one.former}
+    if bare:
+        hidden |= {setting.name: setting for setting in found}
 
     def decorate(function: Function) -> Function:
         @functools.wraps(function)
         def wrapper(**given: Any) -> Any:
             context = click.get_current_context()
-            options = {name: given.pop(name) for name in known | former}
+            options = {name: given.pop(name) for name in known | hidden}
             values = {
                 name.removeprefix(start): value
                 for name, value in options.items()
@@ -287,7 +291,7 @@ def settings(
             return function(**{into: loaded}, **given)
 
         shown = [setting_options.option(*item) for item in known.items()]
-        shown += [setting_options.option(*one, hidden=True) for one in former.items()]
+        shown += [setting_options.option(*one, hidden=True) for one in hidden.items()]
         return _add(wrapper, shown)
 
     return decorate

@@ -160,6 +160,8 @@ def test_without_a_command_help_is_shown_and_the_status_is_2(call):
         ("clean a.c3d -o b.h5 --marker-set m.toml", "m.toml: no such file"),
         ("fill-gaps a.c3d -o b.h5 --max-gap-s nan", "a finite number, not nan"),
         ("clean a.c3d -o b.h5 --fill-max-gap-s inf", "a finite number, not inf"),
+        ("clean a.c3d -o b.h5 --max-gap-s inf", "a finite number, not inf"),
+        ("clean a.c3d -o b.h5 --strict nan", "a finite number, not nan"),
         ("calibrate-hand markers a.c3d -o b.h5 --marker-set x", "is called 'x'"),
     ],
 )
@@ -169,6 +171,12 @@ def test_wrong_usage_is_one_line_and_status_2(call, line, said):
     assert said in err
     assert err.count("\n") == 1
     assert list(Path().iterdir()) == []
+
+
+def test_help_of_a_chain_shows_each_setting_once(call):
+    text = call("clean", "--help")[1]
+    assert "--fill-max-sigma-m" in text
+    assert " --max-sigma-m" not in text
 
 
 def test_a_misspelt_key_of_a_configuration_is_one_line_and_status_2(call):
