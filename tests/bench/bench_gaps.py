@@ -21,7 +21,6 @@ Judge your own: `tests/bench/gaps/judge.py`.
 import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
-from functools import cache
 from multiprocessing import get_context
 from os import environ, sched_getaffinity
 
@@ -135,13 +134,17 @@ def last_frame(found):
     return table
 
 
-@cache
+def is_there(name):
+    """Whether a recording is there; noted if not."""
+    if (takes.DATA / RECORDINGS[name][0]).is_file():
+        return True
+    absent(name)
+    return False
+
+
 def recording(name):
-    """A recording, its hand as a take, a subject calibrated from it; or None."""
+    """A recording's hand, the same as a take, a subject calibrated from it."""
     path, marker_set, options = RECORDINGS[name]
-    if not (takes.DATA / path).is_file():
-        absent(name)
-        return None
     whole = read(takes.DATA / path, **options)
     markers, kept = whole.markers, min(whole.frames, OWN_FRAMES)
     known = load_marker_set(marker_set)
@@ -154,8 +157,7 @@ def recording(name):
         markers=trajectories(places[:kept][:, of_hand], labels),
     )
     subject = calibrate([part], known, CalibrateConfig(frames=LEARNT))[0]
-    take = takes.of_set(part, name, marker_set)
-    return part, take, subject
+    return part, takes.of_set(part, name, marker_set), subject
 
 
 def simulated_grasps():
@@ -181,17 +183,22 @@ def real_tables(taken):
     }
 
 
+def _few(take):
+    return holes(take, USED_SEEDS[0], OF_REST)
+
+
+def _ablation(job):
+    taken, name = job
+    return ablation.row(taken, _few, BASELINES["ridge"].prepare, regression, name)
+
+
 def parts_of_regression(taken):
     """Tables on few gaps: what its parts are worth, gaps with one end."""
-
-    def few(take):
-        return holes(take, USED_SEEDS[0], OF_REST)
-
-    ridge = BASELINES["ridge"].prepare
-    one_sided = {"ridge": ridge, "take": regression}
+    one_sided = {"ridge": BASELINES["ridge"].prepare, "take": regression}
+    jobs = [(taken, name) for name in ablation.OFF]
     return {
-        "parts of the regression": ablation.rows(taken, few, ridge, regression),
-        "gaps with one end, mm": sides.rows(taken, few, one_sided),
+        "parts of the regression": in_processes(_ablation, jobs),
+        "gaps with one end, mm": sides.rows(taken, _few, one_sided),
     }
 
 
@@ -205,18 +212,31 @@ def sigma_tables(taken):
     }
 
 
+def _with_subject(name):
+    """Rows of own gaps, of filled samples beside the hand, of fillers of posture."""
+    part, take, subject = recording(name)
+    prior = read_prior()
+    rounds = POSTURE_ROUNDS
+    return (
+        own.rows(take, part, subject, prior),
+        own.from_the_hand(name, part, subject, prior),
+        posture.rows(name, take, part, subject, prior, SIGMA_GAPS, rounds),
+    )
+
+
 def posture_tables():
-    """Tables of recordings with a subject: own gaps, fillers that follow posture."""
-    prior, own_gaps, beside = read_prior(), [], []
-    for name in RECORDINGS:
-        if (known := recording(name)) is None:
-            continue
-        part, take, subject = known
-        own_gaps += own.rows(take, part, subject, prior)
-        beside += posture.rows(
-            name, take, part, subject, prior, SIGMA_GAPS, POSTURE_ROUNDS
-        )
-    return {"own gaps": own_gaps, "fillers that follow posture": beside}
+    """Tables of recordings with a subject calibrated from them."""
+    there = [name for name in RECORDINGS if is_there(name)]
+    parts = in_processes(_with_subject, there)
+    titles = (
+        "own gaps",
+        "filled samples from the solved hand's markers",
+        "fillers that follow posture",
+    )
+    return {
+        title: [row for part in parts for row in part[i]]
+        for i, title in enumerate(titles)
+    }
 
 
 def rows():
@@ -246,4 +266,4 @@ def rows():
 if __name__ == "__main__":
     for title, part in rows().items():
         for line in part:
-            sys.stdout.write(json.dumps({"take": title, **line}, default=str) + "\n")
+            sys.stdout.write(json.dumps({"table": title, **line}, default=str) + "\n")

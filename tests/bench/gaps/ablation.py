@@ -55,22 +55,16 @@ def _even(positions, column, others):
     return np.ones(len(others))
 
 
-def rows(takes, holes_of, yardstick, prepare):
-    """Rows: ratio to the yardstick with each part off, over all gaps."""
-    table = []
-    for name in OFF:
-        found = Errors()
-        with without(name):
-            for take in takes:
-                fillers = {YARDSTICK: yardstick, "take": prepare}
-                found.add(judged(take, holes_of(take), fillers))
-        ratio = compared(found, "take")
-        table.append(
-            {
-                "regression": name,
-                "gaps": ratio.gaps,
-                "ratio": words(ratio.geometric),
-                "of means": words(ratio.of_means),
-            }
-        )
-    return table
+def row(takes, holes_of, yardstick, prepare, name):
+    """Ratio to the yardstick with one part off, over all gaps."""
+    found, fillers = Errors(), {YARDSTICK: yardstick, "take": prepare}
+    with without(name):
+        for take in takes:
+            found.add(judged(take, holes_of(take), fillers))
+    ratio = compared(found, "take")
+    return {
+        "regression": name,
+        "gaps": ratio.gaps,
+        "ratio": words(ratio.geometric),
+        "of means": words(ratio.of_means),
+    }

@@ -5,11 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from handclean.gaps.fill import hands_of
+from handclean.arrays import runs
+from handclean.gaps import pseudo
+from handclean.gaps.fill import fill, hands_of
 from handclean.gaps.fill_tracks import fill_tracks
 from handclean.gaps.hand import bridge_hand
 from handclean.gaps.settings import FillConfig
+from handclean.hand.model import marker_positions
 from handclean.ik.settings import SolveConfig
+from handclean.recording import Origin
 
 LEAST_SEEN = 0.2
 MAX_SIGMAS_M = (FillConfig().max_sigma_m, 0.01)
@@ -61,3 +65,51 @@ def _row(take, done, seen, whose, max_sigma_m):
             f"{sum(not one.gap.refused for one in rare)} of {len(rare)} filled"
         ),
     }
+
+
+def from_the_hand(name, recording, subject, prior):
+    """Rows: filled samples against the solved hand's markers, by length of gaps.
+
+    The hand is solved from what is measured alone. Distances are per axis, in units of
+    both sigmas: that of the sample, and the calibrated residual of the hand's marker.
+    Only frames whose posture is trusted count. What the hand itself leaves open while
+    its marker is hidden is in neither sigma.
+    """
+    filled, _ = fill(recording, subject, prior=prior)
+    markers, model = filled.markers, subject.model
+    (motion,) = filled.motions.values()
+    solved = marker_positions(model, motion.poses)
+    residual = subject.marker_sigma / np.sqrt(3.0)
+    of_length = {}
+    for own, label in enumerate(model.labels):
+        if label not in markers.labels:
+            continue
+        column = markers.labels.index(label)
+        for start, stop in runs(markers.origin[:, column] == Origin.FILLED):
+            rows = np.arange(start, stop)[motion.trusted[start:stop]]
+            away = np.abs(markers.positions[rows, column] - solved[rows, own])
+            sigma = np.hypot(markers.sigma[rows, column], residual[own])
+            kind = min(
+                pseudo.LENGTHS_S,
+                key=lambda s, n=stop - start: abs(np.log(s * filled.rate / n)),
+            )
+            if len(rows):
+                of_length.setdefault(kind, []).append((away, away / sigma[:, None]))
+    table = []
+    for length in sorted(of_length):
+        away, ratio = (
+            np.concatenate([part[i].ravel() for part in of_length[length]])
+            for i in (0, 1)
+        )
+        table.append(
+            {
+                "take": name,
+                "gap s": length,
+                "gaps": len(of_length[length]),
+                "samples": len(away) // 3,
+                "mean mm": round(1e3 * float(away.mean()), 2),
+                "0.68 quantile, sigmas": round(float(np.quantile(ratio, 0.68)), 2),
+                "0.95 quantile, sigmas": round(float(np.quantile(ratio, 0.95)), 2),
+            }
+        )
+    return table

@@ -5,7 +5,7 @@ beside the project. A recording that is not there is left out, and noted.
 """
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +43,7 @@ class Take:
     labels : M names.
     fingers : columns of each finger's markers.
     margin : [frames] at both ends in which nothing is cut.
+    bones : (M,) rigid body of each marker, None where it is not known.
     """
 
     name: str
@@ -51,11 +52,12 @@ class Take:
     labels: tuple
     fingers: list
     margin: int = 300
+    bones: np.ndarray | None = None
 
     def tracks(self, positions=None):
         """The take as fillers are given it."""
         given = self.positions if positions is None else positions
-        bones = np.full(given.shape[1], -1)
+        bones = np.full(given.shape[1], -1) if self.bones is None else self.bones
         return Tracks(positions=given, rate=self.rate, bones=bones)
 
 
@@ -66,11 +68,12 @@ def _read(name, path, **options):
     return read(DATA / path, **options)
 
 
-def _fingers(labels, marker_set):
-    """Columns by finger, as a marker set has them on its bones."""
-    subject = template_subject(load_marker_set(marker_set))
+def _on_bones(labels, subject):
+    """Fingers' columns and (M,) bones, as a subject has the markers."""
+    of_label = dict(zip(subject.model.labels, subject.model.bone, strict=True))
+    bones = np.array([of_label.get(label, -1) for label in labels])
     limbs = limbs_of(labels, {"hand": subject})
-    return [limb for limb in limbs if len(limb) > 1]
+    return [limb for limb in limbs if len(limb) > 1], bones
 
 
 def dfki13():
@@ -92,7 +95,9 @@ def of_set(take, name, marker_set, **more):
     labels = tuple(take.markers.labels[m] for m in columns)
     measured = take.markers.measured[:, columns]
     places = np.where(measured[:, :, None], take.markers.positions[:, columns], np.nan)
-    return Take(name, places, take.rate, labels, _fingers(labels, marker_set), **more)
+    subject = template_subject(load_marker_set(marker_set))
+    fingers, bones = _on_bones(labels, subject)
+    return Take(name, places, take.rate, labels, fingers, bones=bones, **more)
 
 
 def always_seen(take):
@@ -101,22 +106,20 @@ def always_seen(take):
     labels = tuple(take.labels[m] for m in kept)
     fingers = [np.flatnonzero(np.isin(kept, finger)) for finger in take.fingers]
     fingers = [finger for finger in fingers if len(finger) > 1]
-    places = take.positions[:, kept]
-    return Take(take.name, places, take.rate, labels, fingers, take.margin)
+    return replace(
+        take,
+        positions=take.positions[:, kept],
+        labels=labels,
+        fingers=fingers,
+        bones=None if take.bones is None else take.bones[kept],
+    )
 
 
 def longest_whole(take):
     """The longest stretch of a take in which all of its markers are seen."""
     whole = np.isfinite(take.positions).all(axis=(1, 2))
     start, stop = max(runs(whole), key=lambda part: part[1] - part[0])
-    return Take(
-        take.name,
-        take.positions[start:stop],
-        take.rate,
-        take.labels,
-        take.fingers,
-        take.margin,
-    )
+    return replace(take, positions=take.positions[start:stop])
 
 
 def art():
@@ -176,13 +179,7 @@ def noisy():
             continue
         found.append(longest_whole(take))
     found = [take for take in found if len(take.positions) > 400][:NOISY]
-    return [
-        Take(f"sig18 {n}", *(getattr(t, f) for f in FIELDS), t.margin)
-        for n, t in enumerate(found, 1)
-    ]
-
-
-FIELDS = ("positions", "rate", "labels", "fingers")
+    return [replace(take, name=f"sig18 {n}") for n, take in enumerate(found, 1)]
 
 
 def simulated(count):
@@ -197,11 +194,7 @@ def simulated(count):
         markers = trial.truth.markers
         rng = np.random.default_rng([101, number])
         noise = rng.normal(scale=SIMULATION_NOISE_M, size=markers.positions.shape)
-        fingers = [
-            limb
-            for limb in limbs_of(markers.labels, {"hand": trial.subject})
-            if len(limb) > 1
-        ]
+        fingers, bones = _on_bones(markers.labels, trial.subject)
         found.append(
             Take(
                 f"simulated {kind}",
@@ -209,6 +202,7 @@ def simulated(count):
                 trial.truth.rate,
                 markers.labels,
                 fingers,
+                bones=bones,
             )
         )
     return found
