@@ -18,9 +18,12 @@ from handclean.arrays import Bools, Floats, Ints, runs
 from handclean.gaps.tracks import Tracks
 from handclean.kernels.body_frames import lay_frames, smooth_present, to_body
 
-SMOOTHING = 1.0
-"""[1/120 s] standard deviation of the mean that takes the noise of features down; more
-costs accuracy on noisy takes (../shared measured 3: 1.7 times the error)."""
+SMOOTHINGS = (1.0, 0.0)
+"""[1/120 s] standard deviation of the mean in time that takes the noise of features
+down before they are laid onto one posture; that is taken which leaves the hidden marker
+less noise. A mean helps where markers are noisy one by one (1 mm: ratio to the ridge
+0.73 instead of 0.79), none where all of them shake together, as points of a solved body
+do (0.75 instead of 1.51)."""
 
 ROWS_OF_DISTANCE = 2000
 """Rows that distances between markers are taken from, about (chosen)."""
@@ -42,6 +45,7 @@ class Window:
     known : (W,) rows that can be learnt from.
     turn, shift : (W, 3, 3), (W, 3) [m] from the laboratory to the body.
     noise : [m^2] variance of the hidden marker's noise per axis.
+    smoothing : [1/120 s] one of `SMOOTHINGS`.
     """
 
     first: int
@@ -52,10 +56,13 @@ class Window:
     turn: Floats
     shift: Floats
     noise: float
+    smoothing: float
 
 
 def gaussian(deviation: float) -> Floats:
     """(2 R + 1,) weights of a Gaussian mean, cut at four standard deviations."""
+    if deviation == 0.0:
+        return np.ones(1)
     reach = int(4.0 * deviation + 0.5)
     weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) / deviation) ** 2)
     return np.asarray(weight / weight.sum())
@@ -68,8 +75,11 @@ def rigidity(positions: Floats, column: int, others: Ints) -> Floats:
     )  # NaN where either is missing
     with np.errstate(invalid="ignore"):
         spread = np.sqrt(_variance(away))
-    usual = np.nanmedian(spread)
-    spread = np.where(np.isfinite(spread), spread, np.nanmax(spread, initial=0.0))
+    known = np.isfinite(spread)
+    if not known.any():
+        return np.ones(len(others))
+    usual = np.median(spread[known])
+    spread = np.where(known, spread, spread[known].max())
     weight = 1.0 / (spread**2 + (0.3 * usual + 5e-5) ** 2)
     weight = weight / weight.max() + 1e-3
     return np.asarray(weight / weight.max())
@@ -99,55 +109,83 @@ def noise_variance(series: Floats, known: Bools) -> float:
     return float(np.median(spread) ** 2 / 20.0)
 
 
-def look(
-    tracks: Tracks, column: int, features: Ints, always: Ints, rows: slice
-) -> Window:
-    """Look at part of a take from the body that a marker moves with.
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """A hidden marker and what tells of it, in part of a take.
 
-    Parameters
+    Attributes
     ----------
-    column : the hidden marker; features : (V,) the markers that tell of it.
+    column : the hidden marker.
+    features : (V,) the markers that tell of it.
     always : (A,) those of them that are seen in every row that counts; the others are
         imputed from these where they are missing.
     rows : of the take.
     """
-    positions = tracks.positions[rows]
+
+    column: int
+    features: Ints
+    always: Ints
+    rows: slice
+
+
+def look(tracks: Tracks, seen: Seen, smoothing: float | None = None) -> Window:
+    """Look at part of a take from the body that a marker moves with.
+
+    Parameters
+    ----------
+    smoothing : one of `SMOOTHINGS`; by default the one that leaves least noise.
+    """
+    if smoothing is None:
+        found = [look(tracks, seen, one) for one in SMOOTHINGS]
+        return min(found, key=lambda window: window.noise)
+    positions = tracks.positions[seen.rows]
     step = max(1, len(positions) // ROWS_OF_DISTANCE)
-    weight = rigidity(positions[::step], column, features)
-    points = np.ascontiguousarray(positions[:, features])
-    there = tracks.seen[rows][:, features]
-    smooth = np.empty(points.shape)
-    smooth_present(points, gaussian(SMOOTHING * tracks.rate / 120.0), smooth)
-    index = np.flatnonzero(np.isin(features, always))
-    whole = np.asarray(there[:, index].all(axis=1))
-    reference = smooth[np.argmax(whole & there.all(axis=1))]
-    if not np.isfinite(reference).all():
-        reference = np.where(
-            np.isfinite(reference), reference, smooth[np.argmax(whole)]
-        )
-    turn, shift = np.empty((len(points), 3, 3)), np.empty((len(points), 3))
-    rest = np.where(np.isfinite(reference), reference, 0.0)
-    used = np.where(np.isfinite(reference).all(axis=1), weight**2, 0.0)
-    lay_frames(smooth, rest, used, turn, shift)
-    body = np.empty(smooth.shape)
+    weight = rigidity(positions[::step], seen.column, seen.features)
+    points = np.ascontiguousarray(positions[:, seen.features])
+    index = np.flatnonzero(np.isin(seen.features, seen.always))
+    there = tracks.seen[seen.rows]
+    whole = np.asarray(there[:, seen.always].all(axis=1))
+    smooth = points
+    if smoothing > 0.0:
+        smooth = np.empty(points.shape)
+        smooth_present(points, gaussian(smoothing * tracks.rate / 120.0), smooth)
+    turn, shift = _body(smooth, weight, whole)
+    body, target = np.empty(smooth.shape), np.empty((len(points), 1, 3))
     to_body(smooth, turn, shift, body)
-    target = np.empty((len(points), 1, 3))
-    hidden = np.ascontiguousarray(positions[:, [column]])
+    hidden = np.ascontiguousarray(positions[:, [seen.column]])
     to_body(hidden, turn, shift, target)
-    seen = tracks.seen[rows][:, column]
-    known = seen & whole
-    body = impute(body, index, whole)
-    values = without_holes(body.reshape(len(body), -1))
+    known = there[:, seen.column] & whole
+    values = without_holes(impute(body, index, whole).reshape(len(body), -1))
     return Window(
-        first=rows.start,
+        first=seen.rows.start,
         features=values - values[known].mean(axis=0),
         weight=np.repeat(weight, 3),
         target=target[:, 0],
         known=known,
         turn=turn,
         shift=shift,
-        noise=noise_variance(positions[:, column], seen),
+        noise=noise_variance(target[:, 0], known),
+        smoothing=smoothing,
     )
+
+
+def _body(points: Floats, weight: Floats, whole: Bools) -> tuple[Floats, Floats]:
+    """(W, 3, 3), (W, 3) [m] motions that lay each frame onto one with most features.
+
+    Parameters
+    ----------
+    points : (W, V, 3); weight : (V,); whole : (W,) rows that show what is always seen.
+    """
+    there = np.isfinite(points[:, :, 0])
+    reference = points[np.argmax(whole & there.all(axis=1))]
+    known = np.isfinite(reference).all(axis=1)
+    if not known.all():
+        reference = points[np.argmax(whole)]
+        known = np.isfinite(reference).all(axis=1)
+    turn, shift = np.empty((len(points), 3, 3)), np.empty((len(points), 3))
+    rest = np.where(known[:, None], reference, 0.0)
+    lay_frames(points, rest, np.where(known, weight**2, 0.0), turn, shift)
+    return turn, shift
 
 
 def without_holes(values: Floats) -> Floats:

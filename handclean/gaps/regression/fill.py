@@ -8,7 +8,13 @@ import numpy as np
 
 from handclean.arrays import Bools, Ints
 from handclean.gaps.pseudo import PseudoGap
-from handclean.gaps.regression.features import Window, look
+from handclean.gaps.regression.features import (
+    ROWS_OF_DISTANCE,
+    Seen,
+    Window,
+    look,
+    rigidity,
+)
 from handclean.gaps.regression.process import Scales, guess, scales_of
 from handclean.gaps.runs import Gap
 from handclean.gaps.tracks import Path, Refused, Tracks
@@ -26,6 +32,9 @@ MARGIN = 3
 FEWEST_OTHERS = 3
 """Other markers needed throughout a gap."""
 
+MOST_FEATURES = 24
+"""Markers that tell of a hidden one, at most: those most nearly rigid with it."""
+
 FEWEST_ROWS = 30
 """Frames needed to learn from."""
 
@@ -39,12 +48,18 @@ WINDOWS_KEPT = 8
 
 @dataclass(frozen=True)
 class Regression:
-    """Fills gaps of one take; windows of the take are kept for the gaps to come."""
+    """Fills gaps of one take.
+
+    Windows of it are kept for the gaps to come; and of each marker which others are
+    most nearly rigid with it, and how features are smoothed.
+    """
 
     tracks: Tracks
     windows: "OrderedDict[tuple[int, int, bytes, bytes], tuple[Window, Scales]]" = (
         field(default_factory=OrderedDict)
     )
+    ranks: dict[int, Ints] = field(default_factory=dict)
+    smoothings: dict[int, float] = field(default_factory=dict)
 
     def __call__(self, gap: Gap) -> Path:
         """Fill a gap.
@@ -82,7 +97,10 @@ class Regression:
         share[hidden] = 0.0
         share[gap.column] = 0.0
         inside = self.tracks.seen[gap.start : gap.stop].mean(axis=0)
-        always, features = share == 1.0, (share > 0.0) & (inside >= LEAST_SEEN)
+        tells = (share > 0.0) & (inside >= LEAST_SEEN)
+        near = [m for m in self._by_rigidity(gap.column) if tells[m]][:MOST_FEATURES]
+        features = np.isin(np.arange(len(tells)), near)
+        always = features & (share == 1.0)
         if np.count_nonzero(always) < FEWEST_OTHERS:
             raise Refused("fewer than three other markers are seen throughout")
         seen = self.tracks.seen
@@ -102,6 +120,15 @@ class Regression:
         features[kept] = True
         return kept, np.flatnonzero(features)
 
+    def _by_rigidity(self, column: int) -> Ints:
+        """(M - 1,) other markers, those most nearly rigid with a marker first."""
+        if column not in self.ranks:
+            others = np.delete(np.arange(self.tracks.seen.shape[1]), column)
+            step = max(1, len(self.tracks.seen) // ROWS_OF_DISTANCE)
+            weight = rigidity(self.tracks.positions[::step], column, others)
+            self.ranks[column] = others[np.argsort(-weight, kind="stable")]
+        return self.ranks[column]
+
     def _window(self, gap: Gap, always: Ints, features: Ints) -> tuple[Window, Scales]:
         size = round(BLOCK * self.tracks.rate / 120.0)
         block = (gap.start + gap.stop) // 2 // size
@@ -110,7 +137,9 @@ class Regression:
             self.windows.move_to_end(key)
             return self.windows[key]
         rows = self._rows(block, size, np.append(always, gap.column))
-        window = look(self.tracks, gap.column, features, always, rows)
+        seen = Seen(column=gap.column, features=features, always=always, rows=rows)
+        window = look(self.tracks, seen, self.smoothings.get(gap.column))
+        self.smoothings[gap.column] = window.smoothing
         self.windows[key] = window, scales_of(window)
         if len(self.windows) > WINDOWS_KEPT:
             self.windows.popitem(last=False)

@@ -15,7 +15,7 @@ from handclean.gaps.regression.covariance import (
     covariance,
     own_variance,
 )
-from handclean.gaps.regression.features import SMOOTHING, Window, gaussian
+from handclean.gaps.regression.features import Window, gaussian
 from handclean.kernels.body_frames import weighted_means
 
 MIDDLE = 4.0
@@ -116,7 +116,7 @@ def rows_at(window: Window, scales: Scales, at: Ints, clock: float) -> Rows:
     """Return rows (N,) of a window as the covariance sees them."""
     root = np.sqrt(window.weight)
     slow, slower = (np.empty((len(at), len(root))) for _ in range(2))
-    weighted_means(window.features, at, gaussian(SMOOTHING / clock), slow)
+    weighted_means(window.features, at, gaussian(window.smoothing / clock), slow)
     weighted_means(window.features, at, gaussian(MIDDLE / clock), slower)
     middle, fast = slow - slower, window.features[at] - slow
     quick = np.hstack([np.sqrt(MIDDLE_SLOPE) * middle, np.sqrt(FAST_SLOPE) * fast])

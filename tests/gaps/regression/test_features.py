@@ -5,6 +5,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from handclean.gaps.regression.features import (
+    Seen,
     gaussian,
     impute,
     look,
@@ -103,8 +104,19 @@ def test_a_window_is_the_same_wherever_the_take_is(turned):
     for places in (positions, turned(positions)):
         tracks = Tracks(positions=places, rate=120.0, bones=np.full(6, -1))
         others = np.arange(1, 6)
-        windows.append(look(tracks, 0, others, others, slice(0, 300)))
+        seen = Seen(column=0, features=others, always=others, rows=slice(0, 300))
+        windows.append(look(tracks, seen))
     one, other = windows
     size = [np.linalg.norm(w.features, axis=1) for w in windows]
     np.testing.assert_allclose(size[0], size[1], rtol=1e-8)
     assert one.noise == pytest.approx(other.noise, rel=0.5)
+
+
+@pytest.mark.parametrize(("together", "smoothing"), [(True, 0.0), (False, 1.0)])
+def test_what_shakes_together_is_not_smoothed(bending, together, smoothing):
+    rng = np.random.default_rng(9)
+    shaking = rng.normal(scale=1e-3, size=(2400, 1 if together else 8, 3))
+    tracks = Tracks(positions=bending + shaking, rate=120.0, bones=np.full(8, -1))
+    others = np.arange(8)[:7]
+    seen = Seen(column=7, features=others, always=others, rows=slice(0, 2400))
+    assert look(tracks, seen).smoothing == smoothing
