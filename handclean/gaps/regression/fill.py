@@ -15,7 +15,12 @@ from handclean.gaps.regression.features import (
     look,
     rigidity,
 )
-from handclean.gaps.regression.process import Scales, guess, scales_of
+from handclean.gaps.regression.process import (
+    Scales,
+    guess,
+    likeliest_residual,
+    scales_of,
+)
 from handclean.gaps.runs import Gap
 from handclean.gaps.tracks import Path, Refused, Tracks
 
@@ -32,8 +37,10 @@ MARGIN = 3
 FEWEST_OTHERS = 3
 """Other markers needed throughout a gap."""
 
-MOST_FEATURES = 24
-"""Markers that tell of a hidden one, at most: those most nearly rigid with it."""
+MOST_FEATURES = 16
+"""Markers that tell of a hidden one, at most: those most nearly rigid with it. All 60
+of a body tell far worse of a finger than these; 12 as well in a body, a little worse
+in a hand."""
 
 FEWEST_ROWS = 30
 """Frames needed to learn from."""
@@ -51,7 +58,7 @@ class Regression:
     """Fills gaps of one take.
 
     Windows of it are kept for the gaps to come; and of each marker which others are
-    most nearly rigid with it, and how features are smoothed.
+    most nearly rigid with it, how features are smoothed and how large residuals are.
     """
 
     tracks: Tracks
@@ -60,6 +67,7 @@ class Regression:
     )
     ranks: dict[int, Ints] = field(default_factory=dict)
     smoothings: dict[int, float] = field(default_factory=dict)
+    residuals: dict[int, float] = field(default_factory=dict)
 
     def __call__(self, gap: Gap) -> Path:
         """Fill a gap.
@@ -140,7 +148,10 @@ class Regression:
         seen = Seen(column=gap.column, features=features, always=always, rows=rows)
         window = look(self.tracks, seen, self.smoothings.get(gap.column))
         self.smoothings[gap.column] = window.smoothing
-        self.windows[key] = window, scales_of(window)
+        if gap.column not in self.residuals:
+            residual = likeliest_residual(window, self.tracks.rate)
+            self.residuals[gap.column] = residual
+        self.windows[key] = window, scales_of(window, self.residuals[gap.column])
         if len(self.windows) > WINDOWS_KEPT:
             self.windows.popitem(last=False)
         return self.windows[key]

@@ -25,6 +25,12 @@ NEAR, ALIKE, SPREAD = 40, 150, 150
 """Frames learnt from: [1/120 s] all so near to an end; how many alike in posture to
 the gap; how many spread evenly."""
 
+RESIDUALS = (1.0, 0.3, 0.1, 0.03)
+"""Factors of the residuals' variance to choose from, by their likelihood."""
+
+JUDGED = 300
+"""Frames that the likelihood is taken of (chosen)."""
+
 EXTRA_NOISE_M2 = 3e-9
 """[m^2] added to twice the measured noise."""
 
@@ -48,15 +54,43 @@ class Scales:
     variance: float
 
 
-def scales_of(window: Window) -> Scales:
-    """Scale the postures of a window."""
+def scales_of(window: Window, residual: float = 1.0) -> Scales:
+    """Scale the postures of a window.
+
+    Parameters
+    ----------
+    residual : one of `RESIDUALS`.
+    """
     spread = window.features[window.known].var(axis=0)
     weighed = window.features * np.sqrt(window.weight)
     total = float(np.sum(spread * window.weight))
     return Scales(
         posture=weighed / np.sqrt(max(total, 1e-18)),
-        variance=float(3.0 * np.sum(spread) / len(spread)),
+        variance=residual * float(3.0 * np.sum(spread) / len(spread)),
     )
+
+
+def likeliest_residual(window: Window, rate: float) -> float:
+    """Return the factor of the residuals that makes what is known most likely.
+
+    The likelihood of a Gaussian process (Rasmussen and Williams 2006, equation 5.8)
+    whose overall scale is the likeliest, too.
+    """
+    known = np.flatnonzero(window.known)
+    learn = known[np.linspace(0, len(known) - 1, min(JUDGED, len(known))).astype(int)]
+    clock, noise = CLOCK_HZ / rate, 2.0 * window.noise + EXTRA_NOISE_M2
+    off = window.target[learn] - window.target[learn].mean(axis=0)
+    least = []
+    for residual in RESIDUALS:
+        scales = scales_of(window, residual)
+        rows = rows_at(window, scales, learn, clock)
+        scale = Scale(rows.slow.mean(axis=0), scales.variance, clock)
+        square = covariance(rows, rows, scale, lower=True)
+        square[np.diag_indices(len(learn))] += noise
+        told = half_solved(square, off.T, noise)
+        root = np.linalg.cholesky(square).diagonal()
+        least.append(0.5 * np.log(np.mean(told**2)) + np.mean(np.log(root)))
+    return RESIDUALS[int(np.argmin(least))]
 
 
 def guess(

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from handclean.gaps.pseudo import PseudoGap, filled
 from handclean.gaps.regression import process
 from handclean.gaps.regression.covariance import Scale, covariance, own_variance
-from handclean.gaps.regression.fill import pretended, regression
+from handclean.gaps.regression.fill import MOST_FEATURES, pretended, regression
 from handclean.gaps.regression.process import (
     choose,
     guess,
@@ -87,6 +87,35 @@ def test_a_marker_hidden_in_the_same_few_frames_tells_nothing(bending, tracks_of
     always, features = both._features(gap, np.zeros(8, dtype=bool))
     assert 4 not in features
     assert set(always) == set(features)
+
+
+def test_markers_far_from_rigid_do_not_tell_where_there_are_many(bending, tracks_of):
+    rng = np.random.default_rng(12)
+    drift = np.cumsum(rng.normal(scale=2e-3, size=(2400, 20, 3)), axis=0)
+    crowd = np.concatenate([bending, 0.5 + drift], axis=1)
+    gap = Gap(column=5, start=1000, stop=1120)
+    take = regression(tracks_of(crowd, (5, 1000, 1120)))
+    path = take(gap)
+    ((_, _, always, features),) = take.windows
+    assert len(np.frombuffer(features, dtype=np.int64)) == MOST_FEATURES
+    assert set(range(8)) - {5} <= set(np.frombuffer(always, dtype=np.int64).tolist())
+    assert error(path, crowd, gap) < 2e-3
+
+
+def test_residuals_are_as_large_as_is_likely(bending, tracks_of):
+    """A rule that is linear leaves none; postures that bend the rule leave some."""
+    rng = np.random.default_rng(13)
+    mixed = np.einsum("mn,tni->tmi", rng.dirichlet(np.ones(8), 3), bending)
+    linear = np.concatenate([bending, mixed], axis=1)
+    gap = Gap(column=9, start=1000, stop=1060)
+    take = regression(tracks_of(linear, (9, 1000, 1060)))
+    assert error(take(gap), linear, gap) < 1e-3
+    far = np.linalg.norm(bending[:, 5] - bending[:, 0], axis=1)
+    curled = bending.copy()
+    curled[:, 7] = bending[:, 3] + 0.02 * np.sin(400.0 * far)[:, None]
+    bent = regression(tracks_of(curled, (7, 1000, 1060)))
+    bent(Gap(column=7, start=1000, stop=1060))
+    assert take.residuals[9] < bent.residuals[7]
 
 
 def test_too_little_to_learn_from_is_refused(bending, tracks_of):
