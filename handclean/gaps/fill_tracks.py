@@ -113,7 +113,7 @@ def by_source(
         fill = source.fill(tracks)
     except Refused as no:
         return [JudgedGap(gap=replace(gap, refused=str(no))) for gap in gaps]
-    doubt = learn(tracks, source.tried(tracks, pseudo.draw(tracks, gaps)))
+    doubt = learn(tracks, source.tried(tracks, pseudo.draw(tracks, gaps), fill))
     found = []
     for gap in gaps:
         try:

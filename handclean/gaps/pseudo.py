@@ -5,7 +5,7 @@ markers hidden, open at the same side. What a filler makes of them, compared wit
 was measured there, tells how far off it is in this take.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -227,8 +227,5 @@ def errors(tracks: Tracks, one: PseudoGap, path: Path) -> Floats:
         path.places - tracks.positions[one.gap.start : one.gap.stop, one.gap.column]
     )
 
-
-Trial = Callable[[Tracks, Sequence[PseudoGap]], list[Path | None]]
-"""Fills pseudo-gaps of a take."""
 
 Trials = Mapping[Kind, list[PseudoGap]]

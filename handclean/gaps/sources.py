@@ -1,7 +1,8 @@
 """What fills gaps, by method: a filler, and how pseudo-gaps try it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -24,26 +25,32 @@ class Source:
     ----------
     prepare : as the contract of `gaps.tracks` has it.
     ready : the same filler prepared for the take itself, if it is already.
-    quick : fills pseudo-gaps without being prepared anew, if it can.
+    quick : fills pseudo-gaps by the filler that ``prepare`` made, if it can do so
+        without being prepared anew.
     """
 
     prepare: Prepare
     ready: Fill | None = None
-    quick: pseudo.Trial | None = None
+    quick: Callable[[Any, Sequence[PseudoGap]], list[Path | None]] | None = None
 
     def fill(self, tracks: Tracks) -> Fill:
         """Return the filler, prepared for a take."""
         return self.ready or self.prepare(tracks)
 
     def tried(
-        self, tracks: Tracks, trials: pseudo.Trials
+        self, tracks: Tracks, trials: pseudo.Trials, fill: Fill
     ) -> dict[Kind, list[tuple[PseudoGap, Path | None]]]:
-        """Fill pseudo-gaps of every kind."""
+        """Fill pseudo-gaps of every kind.
+
+        Parameters
+        ----------
+        fill : what `fill` gave for the take.
+        """
         everything = [one for part in trials.values() for one in part]
         order = sorted(range(len(everything)), key=lambda i: everything[i].start)
         in_time = [everything[i] for i in order]
         if self.quick is not None:
-            paths = self.quick(tracks, in_time)
+            paths = self.quick(fill, in_time)
         else:
             paths = pseudo.filled(self.prepare, tracks, in_time)
         of = {id(one): path for one, path in zip(in_time, paths, strict=True)}

@@ -53,6 +53,9 @@ LEAST_SEEN = 0.5
 WINDOWS_KEPT = 8
 
 
+_Key = tuple[int, tuple[int, int], bytes, bytes]
+
+
 @dataclass(frozen=True)
 class Regression:
     """Fills gaps of one take.
@@ -62,8 +65,8 @@ class Regression:
     """
 
     tracks: Tracks
-    windows: "OrderedDict[tuple[int, int, bytes, bytes], tuple[Window, Scales]]" = (
-        field(default_factory=OrderedDict)
+    windows: "OrderedDict[_Key, tuple[Window, Scales]]" = field(
+        default_factory=OrderedDict
     )
     ranks: dict[int, Ints] = field(default_factory=dict)
     smoothings: dict[int, float] = field(default_factory=dict)
@@ -139,12 +142,12 @@ class Regression:
 
     def _window(self, gap: Gap, always: Ints, features: Ints) -> tuple[Window, Scales]:
         size = round(BLOCK * self.tracks.rate / 120.0)
-        block = (gap.start + gap.stop) // 2 // size
-        key = gap.column, block, always.tobytes(), features.tobytes()
+        blocks = gap.start // size, (gap.stop - 1) // size + 1
+        key = gap.column, blocks, always.tobytes(), features.tobytes()
         if key in self.windows:
             self.windows.move_to_end(key)
             return self.windows[key]
-        rows = self._rows(block, size, np.append(always, gap.column))
+        rows = self._rows(blocks, size, np.append(always, gap.column))
         seen = Seen(column=gap.column, features=features, always=always, rows=rows)
         window = look(self.tracks, seen, self.smoothings.get(gap.column))
         self.smoothings[gap.column] = window.smoothing
@@ -156,12 +159,12 @@ class Regression:
             self.windows.popitem(last=False)
         return self.windows[key]
 
-    def _rows(self, block: int, size: int, columns: Ints) -> slice:
-        """Rows about a block that show markers often enough, if the take does."""
+    def _rows(self, blocks: tuple[int, int], size: int, columns: Ints) -> slice:
+        """Rows about blocks that show markers often enough, if the take does."""
         frames = len(self.tracks.seen)
         for beside in range(1, frames // size + 2):
-            first = max((block - beside) * size, 0)
-            rows = slice(first, min((block + 1 + beside) * size, frames))
+            first = max((blocks[0] - beside) * size, 0)
+            rows = slice(first, min((blocks[1] + beside) * size, frames))
             whole = self.tracks.seen[rows][:, columns].all(axis=1)
             if np.count_nonzero(whole) >= ENOUGH_ROWS:
                 break
@@ -173,9 +176,8 @@ def regression(tracks: Tracks) -> Regression:
     return Regression(tracks)
 
 
-def pretended(tracks: Tracks, trials: Sequence[PseudoGap]) -> list[Path | None]:
+def pretended(fill: Regression, trials: Sequence[PseudoGap]) -> list[Path | None]:
     """Fill pseudo-gaps as `gaps.pseudo.filled` does, without preparing anew."""
-    fill = Regression(tracks)
     paths: list[Path | None] = []
     for one in trials:
         try:

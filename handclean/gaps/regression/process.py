@@ -31,6 +31,9 @@ RESIDUALS = (1.0, 0.3, 0.1, 0.03)
 JUDGED = 300
 """Frames that the likelihood is taken of (chosen)."""
 
+AT_ONCE = 300
+"""Frames of a gap guessed at once, so that memory does not grow with its square."""
+
 EXTRA_NOISE_M2 = 3e-9
 """[m^2] added to twice the measured noise."""
 
@@ -113,16 +116,18 @@ def guess(
     noise = 2.0 * window.noise + EXTRA_NOISE_M2
     square[np.diag_indices(len(learn))] += noise
     mean = window.target[learn].mean(axis=0)
-    cross = covariance(there, here, scale)
-    rows = np.vstack([cross, (window.target[learn] - mean).T])
-    solved = half_solved(square, rows, noise)
-    half, told = solved[: len(inside)], solved[len(inside) :].T
-    left = own_variance(there, scale) - np.sum(half**2, axis=1)
+    off = (window.target[learn] - mean).T
+    places, left = np.empty((len(inside), 3)), own_variance(there, scale)
+    for first in range(0, len(inside), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        cross = covariance(_part_of(there, part), here, scale)
+        solved = half_solved(square, np.vstack([off, cross]), noise)
+        told, half = solved[:3].T, solved[3:]
+        places[part] = mean + half @ told
+        left[part] -= np.sum(half**2, axis=1)
     usual = np.sum(told**2) / told.size
-    return Guess(
-        places=mean + half @ told,
-        deviation=np.sqrt((np.maximum(left, 0.0) + noise) * usual),
-    )
+    deviation = np.sqrt((np.maximum(left, 0.0) + noise) * usual)
+    return Guess(places=places, deviation=deviation)
 
 
 def half_solved(square: Floats, rows: Floats, least: float) -> Floats:
@@ -159,6 +164,15 @@ def rows_at(window: Window, scales: Scales, at: Ints, clock: float) -> Rows:
         slow=slow * root,
         quick=quick * np.hstack([root, root]),
         frame=at,
+    )
+
+
+def _part_of(rows: Rows, part: slice) -> Rows:
+    return Rows(
+        posture=rows.posture[part],
+        slow=rows.slow[part],
+        quick=rows.quick[part],
+        frame=rows.frame[part],
     )
 
 

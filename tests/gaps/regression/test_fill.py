@@ -50,7 +50,7 @@ def test_what_was_measured_in_a_pseudo_gap_is_not_looked_at(bending, tracks_of):
     hidden[[4, 5]] = True
     gap = Gap(column=5, start=1500, stop=1560)
     one = PseudoGap(gap=gap, hidden=hidden, start=1500, stop=1560)
-    quick = pretended(tracks_of(bending), [one])[0]
+    quick = pretended(regression(tracks_of(bending)), [one])[0]
     slow = filled(regression, tracks_of(bending), [one])[0]
     assert np.linalg.norm(quick.places - slow.places, axis=1).max() < 1e-4
     np.testing.assert_allclose(quick.spread, slow.spread, rtol=0.1)
@@ -71,6 +71,20 @@ def test_a_gap_with_one_end_is_filled(bending, tracks_of, start, stop):
     held = bending[stop if start == 0 else start - 1, 5]
     away = np.linalg.norm(held - bending[start:stop, 5], axis=1).mean()
     assert error(path, bending, gap) < 0.2 * away
+
+
+def test_a_gap_longer_than_what_is_learnt_at_once(bending, tracks_of):
+    """A marker that fell off; as many frames are guessed in parts as in one."""
+    gap = Gap(column=5, start=1000, stop=2400)
+    take = tracks_of(bending, (5, 1000, 2400))
+    path = regression(take)(gap)
+    assert path.places.shape == (1400, 3)
+    assert error(path, bending, gap) < 6e-3
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(process, "AT_ONCE", 10**6)
+        whole = regression(take)(gap)
+    np.testing.assert_allclose(path.places, whole.places, atol=1e-9)
+    np.testing.assert_allclose(path.spread, whole.spread, rtol=1e-6)
 
 
 def test_markers_with_gaps_of_their_own_still_tell(bending, tracks_of):
