@@ -30,9 +30,10 @@ from measuring import absent, counted
 ROOT = Path(__file__).parents[2]
 TAKE = ROOT / "sample_sessions" / "S01_001_thumb_4_finger.c3d"
 PROGRAM = (sys.executable, "-m", "handclean")
-INSPECT = ("inspect", "--json", "--manifest", "takes.txt")
+INSPECT = ("inspect", "--json", "--manifest")
 SUBJECT = ROOT / "sample_sessions" / "S01.subject.h5"
 TAKES = counted("takes", 10000, quick=200, tiny=24)
+FEWER = counted("takes by one process, and while memory is looked at", 1000, 100, 24)
 CLEANED = counted("takes that are cleaned", 1000, quick=20, tiny=4)
 KILLED = counted("takes of a run with a kill", 1000, quick=100, tiny=24)
 WORKERS = (1, 2, 4)
@@ -131,13 +132,14 @@ def wait_for(file, workers):
 
 def on_cluster(workers, folder):
     """Rows of a cluster with so many workers: time and memory."""
+    takes, manifest = (FEWER, "few.txt") if workers == 1 else (TAKES, "takes.txt")
     with cluster(workers, folder) as (file, processes):
-        line = [*INSPECT, "--scheduler", str(file)]
-        found = row(
-            f"Dask, {workers} worker{'s' * (workers > 1)}", [line], folder, workers
-        )
+        way = f"Dask, {workers} worker{'s' * (workers > 1)}"
+        line = [*INSPECT, manifest, "--scheduler", str(file)]
+        found = row(way, [line], folder, workers, takes)
         scheduler, worker = processes[0].pid, processes[1].pid
         # the processes of a run end with it, so another one is looked at on its way
+        line = [*INSPECT, "few.txt", "--scheduler", str(file)]
         looked = begun(*line, folder=folder, stdout=subprocess.DEVNULL)
         most = 0.0
         while looked.poll() is None:
@@ -145,7 +147,8 @@ def on_cluster(workers, folder):
                 most = max([most, *map(resident_mb, children(worker))])
             time.sleep(0.05)
         memory = {
-            "way": found["way"],
+            "way": way,
+            "takes": takes,
             "scheduler [MB]": f"{resident_mb(scheduler):.0f}",
             "worker [MB]": f"{resident_mb(worker):.0f}",
             "its process for takes [MB]": f"{most:.0f}",
@@ -224,14 +227,15 @@ def rows():
         shutil.copy(TAKE, folder / names[0])
         for other in names[1:]:
             os.link(folder / names[0], folder / other)
-        (folder / "takes.txt").write_text("".join(f"{name}\n" for name in names))
+        for file, some in (("takes.txt", names), ("few.txt", names[:FEWER])):
+            (folder / file).write_text("".join(f"{name}\n" for name in some))
         shards = [
-            [*INSPECT, "--shard", f"{part}/{WITH_SEVERAL}"]
+            [*INSPECT, "takes.txt", "--shard", f"{part}/{WITH_SEVERAL}"]
             for part in range(1, WITH_SEVERAL + 1)
         ]
         ways = [
-            row("-j 1", [[*INSPECT]], folder, 1),
-            row("-j 2", [[*INSPECT, "-j", "2"]], folder, 2),
+            row("-j 1", [[*INSPECT, "few.txt"]], folder, 1, FEWER),
+            row("-j 2", [[*INSPECT, "takes.txt", "-j", "2"]], folder, 2),
             row(f"{WITH_SEVERAL} shards", shards, folder, WITH_SEVERAL),
         ]
         if importlib.util.find_spec("distributed") is None:
