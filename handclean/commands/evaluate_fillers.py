@@ -16,10 +16,13 @@ from handclean.commands.shared.choices import (
 )
 from handclean.commands.shared.filler_tables import Found
 from handclean.errors import TAKE, HandcleanError
-from handclean.gaps.cuts import LENGTHS_S, PER_CELL, Cut, plan_cuts
+from handclean.gaps.cuts import LENGTHS_S, MOST_ROUNDS, PER_CELL, Cut, plan_cuts
 from handclean.gaps.evaluate import (
+    MOST_FOLLOWED,
+    ROUNDS_FOLLOWED,
     YARDSTICK,
     Filler,
+    beginning,
     judge,
     limbs_of,
     methods_to_judge,
@@ -29,9 +32,11 @@ from handclean.gaps.fill import hands_of, tracks_of
 from handclean.gaps.hand import HandOfTake
 from handclean.gaps.measured import clean_measured
 from handclean.gaps.scores import cells_of, score, winner
+from handclean.gaps.settings import POSTURE_METHODS
 from handclean.hand.subject import Subject
 from handclean.ik.prior import PosturePrior
 from handclean.recording import Recording
+from handclean.remarks import Remark, remark
 from handclean.report.filler_errors import plot_errors
 from handclean.runner import progress
 from handclean.runner.batch import Source
@@ -80,7 +85,7 @@ def evaluate_fillers(source: Source, settings: JudgingFillers) -> Outcome:
         line=_line(found, figures),
         details=filler_tables.in_text(found),
         figures=figures,
-        remarks=(*recording.remarks, *same),
+        remarks=(*recording.remarks, *same, *_shortened(recording, found)),
         writers=tuple(_writers(source, found, settings)),
     )
 
@@ -97,10 +102,16 @@ def _found(
             "be above 0",
             where=TAKE,
         )
-    tracks = tracks_of(recording, subjects)
     assert recording.markers is not None
     labels = recording.markers.labels
-    rounds = plan_cuts(tracks, limbs_of(labels, subjects))
+    methods = methods_to_judge(
+        settings.method, hands=bool(subjects), causal=settings.fill.causal
+    )
+    tracks, most_rounds = tracks_of(recording, subjects), MOST_ROUNDS
+    if _is_followed(methods, subjects, settings):
+        tracks, most_rounds = beginning(tracks, MOST_FOLLOWED), ROUNDS_FOLLOWED
+    limbs = limbs_of(labels, subjects)
+    rounds = plan_cuts(tracks, limbs, most_rounds=most_rounds)
     if not rounds:
         raise HandcleanError(
             "has no room for a gap to judge by: a marker should be seen for "
@@ -109,15 +120,14 @@ def _found(
         )
     fillers: dict[str, Filler] = {
         method: _filler(method, recording, subjects, prior, settings)
-        for method in methods_to_judge(
-            settings.method, hands=bool(subjects), causal=settings.fill.causal
-        )
+        for method in methods
     }
     judgement = judge(tracks, rounds, fillers, progress.tell)
     max_sigma_m = settings.fill.max_sigma_m
     found = Found(
         judgement=judgement,
         labels=labels,
+        frames=len(tracks.seen),
         overall={name: score(judgement, name, max_sigma_m) for name in fillers},
         by_cell={
             cell: {
@@ -127,6 +137,26 @@ def _found(
         },
     )
     return found, rounds
+
+
+def _is_followed(
+    methods: Sequence[str], subjects: Mapping[str, Subject], settings: JudgingFillers
+) -> bool:
+    """Whether a filler solves a hand."""
+    following = {*POSTURE_METHODS, *([] if settings.fill.causal else ["auto"])}
+    return bool(subjects) and bool(following & set(methods))
+
+
+def _shortened(recording: Recording, found: Found) -> tuple[Remark, ...]:
+    """Remark on frames that were left out."""
+    judged = found.frames
+    if judged == recording.frames:
+        return ()
+    text = (
+        f"fillers are judged on the first {judged} of {recording.frames} frames, as "
+        "some follow the posture of a hand"
+    )
+    return (remark("left-out", text, frames=judged),)
 
 
 def _filler(

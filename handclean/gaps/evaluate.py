@@ -79,6 +79,14 @@ class Judgement:
     seconds: Mapping[str, float]
 
 
+MOST_FOLLOWED = 20_000
+"""[frames] of a take that fillers are judged on where the posture of a hand is followed
+(chosen; solving it again and again takes minutes)."""
+
+ROUNDS_FOLLOWED = 4
+"""Rounds there, at most (chosen)."""
+
+
 def methods_to_judge(
     method: str, *, hands: bool, causal: bool = False
 ) -> tuple[str, ...]:
@@ -114,10 +122,14 @@ def named(
     max_sigma_m : [m] as of ``fill-gaps``; where "auto" asks its next source.
     causal : whether "auto" looks at nothing after the frame it fills.
     """
-    of_posture = method in POSTURE_METHODS or (method == "auto" and not causal)
 
     def fill(tracks: Tracks, gaps: Sequence[Gap]) -> list[JudgedGap]:
-        bridged = [bridge_hand(hand, tracks) for hand in hands if of_posture]
+        if method == "auto" and hands and not causal:
+            found = by_sources(tracks, gaps, sources_of("take", []), max_sigma_m)
+            if all(one.expected_m <= max_sigma_m for one in found):
+                return found  # no other source is asked, so the hand is not solved
+        followed = method in POSTURE_METHODS or (method == "auto" and not causal)
+        bridged = [bridge_hand(hand, tracks) for hand in hands if followed]
         sources = sources_of(method, bridged, causal=causal)
         return by_sources(tracks, gaps, sources, max_sigma_m)
 
@@ -186,6 +198,13 @@ def _judged(
         within=float(np.mean(within)),
         within_q95=float(np.mean(beyond)),
         by=" ".join(sorted({one.source for one in found})),
+    )
+
+
+def beginning(tracks: Tracks, frames: int) -> Tracks:
+    """Return the first frames of a take."""
+    return Tracks(
+        positions=tracks.positions[:frames], rate=tracks.rate, bones=tracks.bones
     )
 
 

@@ -259,3 +259,33 @@ def test_who_fills_little_cannot_win():
     assert cells == sorted(cells)
     one = score(found, "ridge", 0.003, [Cell("1", 0.1)])
     assert one.gaps == 2
+
+
+def test_a_hand_is_solved_only_where_the_take_is_not_enough(scenes, rng, monkeypatch):
+    from handclean.gaps import evaluate
+    from handclean.gaps.fill import fill_take, hands_of, tracks_of
+    from handclean.gaps.fill_tracks import fill_tracks
+    from handclean.gaps.settings import FillConfig
+    from handclean.ik.settings import SolveConfig
+
+    whole = scenes.take(scenes.waving(rng, 300), noise=1e-4, rng=rng)
+    labels = scenes.labels
+    given = scenes.without(whole, (labels[3], 100, 120), (labels[9], 200, 230))
+    subjects, settings = {"right": scenes.subject}, FillConfig()
+    tracks = tracks_of(given, subjects)
+    hands = list(hands_of(given, subjects, None, settings, SolveConfig()).values())
+    bridge, solved = evaluate.bridge_hand, []
+    monkeypatch.setattr(
+        evaluate, "bridge_hand", lambda *of: solved.append(1) or bridge(*of)
+    )
+    gaps = [one.gap for one in fill_tracks(tracks, [], settings).gaps]
+    for max_sigma_m, times in ((0.1, 0), (1e-6, 1)):
+        solved.clear()
+        found = named("auto", hands, max_sigma_m)(tracks, gaps)
+        assert len(solved) == times
+        chosen = replace(settings, max_sigma_m=max_sigma_m)
+        usual, _ = fill_take(given, subjects, settings=chosen)
+        for one in found if max_sigma_m == 0.1 else ():
+            rows = slice(one.gap.start, one.gap.stop)
+            filled = usual.markers.positions[rows, one.gap.column]
+            np.testing.assert_array_equal(filled, one.path.places)

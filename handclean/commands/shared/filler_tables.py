@@ -40,12 +40,13 @@ class Found:
 
     Attributes
     ----------
-    labels : the take's markers.
+    labels : the take's markers; frames : how many of its frames were looked at.
     overall : by filler; by_cell : by cell and filler.
     """
 
     judgement: Judgement
     labels: Sequence[str]
+    frames: int
     overall: Mapping[str, Score]
     by_cell: Mapping[Cell, Mapping[str, Score]]
 
