@@ -124,7 +124,7 @@ def _overall(found: Found) -> str:
     lines = [
         "all gaps: error against the ridge's, in the geometric mean and of means, with "
         "95 % intervals",
-        f"{'filler':<16} {'ratio':<18} {'of means':<18} >1.25 {'mean':>7} "
+        f"{'filler':<16} {'ratio':<18} {'of means':<18} >1.25  {'mean':>7} "
         f"{'open':>9} {'sigma':>9} {'ms':>5}",
     ]
     for name, one in found.overall.items():
@@ -212,7 +212,8 @@ def _interval(found: Interval) -> str:
 
 def _ratio(value: float) -> str:
     """Write a number with three figures or so."""
-    return f"{value:.2f}" if value < 10.0 else f"{value:.3g}"
+    decimals = 2 if value < 9.995 else 1 if value < 99.95 else 0
+    return f"{value:.{decimals}f}"
 
 
 def _share(value: float) -> str:
