@@ -156,7 +156,7 @@ def _shortened(recording: Recording, found: Found) -> tuple[Remark, ...]:
         f"fillers are judged on the first {judged} of {recording.frames} frames, as "
         "some follow the posture of a hand"
     )
-    return (remark("left-out", text, frames=judged),)
+    return (remark("left-out", text, judged=judged),)
 
 
 def _filler(
