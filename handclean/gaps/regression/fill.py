@@ -2,7 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,6 +30,9 @@ Three times as much gains nothing (ratio to the ridge 0.741 and 0.742 on two tak
 
 ENOUGH_ROWS = 400
 """Frames to learn from; where there are fewer, more blocks are looked at (chosen)."""
+
+NOISE_ROWS = 250
+"""Frames beside a gap that noise is judged by (chosen)."""
 
 MARGIN = 3
 """[frames] beside a gap in which features should be seen, too."""
@@ -149,8 +152,9 @@ class Regression:
             return self.windows[key]
         rows = self._rows(blocks, size, np.append(always, gap.column))
         seen = Seen(column=gap.column, features=features, always=always, rows=rows)
-        window = look(self.tracks, seen, self.smoothings.get(gap.column))
-        self.smoothings[gap.column] = window.smoothing
+        if gap.column not in self.smoothings:
+            self.smoothings[gap.column] = self._smoothing(gap, seen)
+        window = look(self.tracks, seen, self.smoothings[gap.column])
         if gap.column not in self.residuals:
             residual = likeliest_residual(window, self.tracks.rate)
             self.residuals[gap.column] = residual
@@ -158,6 +162,12 @@ class Regression:
         if len(self.windows) > WINDOWS_KEPT:
             self.windows.popitem(last=False)
         return self.windows[key]
+
+    def _smoothing(self, gap: Gap, seen: Seen) -> float:
+        """Return how features of a marker are smoothed, judged by frames near a gap."""
+        first = max(gap.start - NOISE_ROWS, seen.rows.start)
+        near = slice(first, min(gap.stop + NOISE_ROWS, seen.rows.stop))
+        return look(self.tracks, replace(seen, rows=near)).smoothing
 
     def _rows(self, blocks: tuple[int, int], size: int, columns: Ints) -> slice:
         """Rows about blocks that show markers often enough, if the take does."""

@@ -28,7 +28,7 @@ the gap; how many spread evenly."""
 RESIDUALS = (1.0, 0.3, 0.1, 0.03)
 """Factors of the residuals' variance to choose from, by their likelihood."""
 
-JUDGED = 300
+JUDGED = 150
 """Frames that the likelihood is taken of (chosen)."""
 
 AT_ONCE = 300
