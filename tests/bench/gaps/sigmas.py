@@ -6,6 +6,7 @@ from gaps.errors import words
 from handclean.gaps.cuts import plan_cuts
 from handclean.gaps.evaluate import errors_of, judge, named
 from handclean.gaps.scores import against
+from handclean.gaps.settings import FillConfig
 
 FILLERS = ("ridge", "take", "auto")
 
@@ -18,9 +19,39 @@ def judgements(takes, per_cell, most_rounds):
         rounds = plan_cuts(
             tracks, take.fingers, per_cell=per_cell, most_rounds=most_rounds
         )
-        fillers = {name: named(name) for name in FILLERS}
+        take = Remembering(named("take"))
+        fillers = {"ridge": named("ridge"), "take": take, "auto": auto_after(take)}
         found.append(judge(tracks, rounds, fillers))
     return found
+
+
+class Remembering:
+    """A filler that keeps what it found, by the gaps it was asked."""
+
+    def __init__(self, fill):
+        self._fill = fill
+        self.found = {}
+
+    def __call__(self, tracks, gaps):
+        self.found[tuple(gaps)] = found = self._fill(tracks, gaps)
+        return found
+
+
+def auto_after(take):
+    """The method "auto" without a subject: what `take` found where that is enough.
+
+    It asks the take's regression first, and others only for gaps that are too unsure
+    then; where there are none, both are the same.
+    """
+    fill, enough_m = named("auto"), FillConfig().max_sigma_m
+
+    def auto(tracks, gaps):
+        found = take.found[tuple(gaps)]
+        if all(one.expected_m <= enough_m for one in found):
+            return found
+        return fill(tracks, gaps)
+
+    return auto
 
 
 def coverage(judgements):
@@ -62,7 +93,6 @@ def compared(judgements):
     }
     for name in FILLERS:
         found = against(errors[name], errors["ridge"], np.random.default_rng(0))
-        spent = sum(one.seconds[name] for one in judgements)
         table.append(
             {
                 "filler": name,
@@ -70,7 +100,6 @@ def compared(judgements):
                 "ratio": words(found.geometric),
                 "of means": words(found.of_means),
                 "worse than 1.25": f"{found.worse:.1%}",
-                "ms a gap": round(1e3 * spent / len(errors[name]), 1),
             }
         )
     return table
