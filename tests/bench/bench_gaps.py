@@ -62,7 +62,8 @@ IN_CELL = counted("gaps of a cell, take and seed", EACH, quick=1)
 OF_AUTO = counted("of these filled by auto", 2, quick=1)
 OF_REST = counted("gaps of a cell, noisy and simulated", 4, quick=1)
 SIGMA_GAPS = counted("gaps of a cell for sigma", 30, quick=2)
-SIGMA_ROUNDS = counted("rounds for sigma", 40, quick=2)
+SIGMA_ROUNDS = counted("rounds for sigma", 40, quick=1)
+ABLATED = counted("takes for parts of the regression", 4, quick=2)
 POSTURE_ROUNDS = counted("rounds for fillers that follow posture", 3, quick=1)
 SIMULATED = counted("simulated takes", 4, quick=1)
 LEARNT = counted("frames that a hand is learnt from", 400, quick=200, tiny=40)
@@ -210,7 +211,7 @@ def _ablation(job):
 def parts_of_regression(taken):
     """Tables on few gaps: what its parts are worth, gaps with one end."""
     one_sided = {"ridge": BASELINES["ridge"].prepare, "take": regression}
-    jobs = [(taken, name) for name in ablation.OFF]
+    jobs = [(taken[:ABLATED], name) for name in ablation.OFF]
     return {
         "parts of the regression": in_processes(_ablation, jobs),
         "gaps with one end, mm": sides.rows(taken, _few, one_sided),
