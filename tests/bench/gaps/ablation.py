@@ -6,7 +6,7 @@ from unittest import mock
 import numpy as np
 
 from gaps.errors import YARDSTICK, Errors, compared, judged, words
-from handclean.gaps.regression import covariance, features, process
+from handclean.gaps.regression import covariance, features, fill, process
 
 OFF = {
     "full": {},
@@ -18,6 +18,8 @@ OFF = {
     "all residual terms off": {"POSTURE": 0.0, "POSTURE_TIME": 0.0, "TIME": 0.0},
     "bands off": {},
     "weights off": {},
+    "size of residuals not fitted": {},
+    "all markers tell": {},
 }
 
 
@@ -27,6 +29,12 @@ def without(name):
     with mock.patch.multiple(covariance, **OFF[name]) if OFF[name] else _nothing():
         if name == "bands off":
             with mock.patch.object(process, "rows_at", _one_band):
+                yield
+        elif name == "size of residuals not fitted":
+            with mock.patch.object(process, "RESIDUALS", (1.0,)):
+                yield
+        elif name == "all markers tell":
+            with mock.patch.object(fill, "MOST_FEATURES", 1000):
                 yield
         elif name == "weights off":
             with mock.patch.object(features, "rigidity", _even):
