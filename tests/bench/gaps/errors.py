@@ -134,12 +134,12 @@ def by_take(errors, names):
     """Rows: geometric ratio in each take."""
     table = []
     for take in dict.fromkeys(hole.take for hole in errors.holes):
-        row = {"take": take}
+        row = {"recording": take}
         for name in names:
             found = compared(errors, name, lambda hole, t=take: hole.take == t)
             row[name] = words(found.geometric) if found.gaps else ""
             if name == names[0]:
-                row = {"take": take, "gaps": found.gaps, **row}
+                row = {"recording": take, "gaps": found.gaps, **row}
         table.append(row)
     return table
 
