@@ -11,14 +11,12 @@ from handclean.kernels import jit
 
 
 class Shares(NamedTuple):
-    """How much each part counts: slopes [-], residuals and the constant [m^2]."""
+    """How much each part counts: slopes [-], residual and the constant [m^2]."""
 
     constant: float
     slope: float
     local_slope: float
-    posture: float
-    posture_time: float
-    time: float
+    residual: float
 
 
 class Parts(NamedTuple):
@@ -36,7 +34,6 @@ class Parts(NamedTuple):
     rows: Ints
     columns: Ints
     fading: Floats
-    lasting: Floats
 
 
 @jit
@@ -47,7 +44,6 @@ def add_covariances(parts: Parts, shares: Shares, lower: bool, out: Floats) -> N
     ----------
     lower : whether only the lower triangle is wanted.
     """
-    root = math.sqrt(3.0)
     for s in range(parts.posture.shape[0]):
         stop = s + 1 if lower else parts.posture.shape[1]
         for t in range(stop):
@@ -55,13 +51,8 @@ def add_covariances(parts: Parts, shares: Shares, lower: bool, out: Floats) -> N
             square = max(square, 0.0)
             distance = math.sqrt(square)
             apart = abs(parts.rows[s] - parts.columns[t])
-            half = math.exp(-0.5 * distance)
             slope = shares.slope + shares.local_slope * math.exp(-0.5 * square)
-            alike = (1.0 + root * distance) * math.exp(-root * distance)
+            alike = math.exp(-0.5 * distance) * parts.fading[apart]
             out[s, t] += (
-                shares.constant
-                + parts.slow[s, t] * slope
-                + shares.posture * alike
-                + shares.posture_time * half * parts.fading[apart]
-                + shares.time * parts.lasting[apart]
+                shares.constant + parts.slow[s, t] * slope + shares.residual * alike
             )

@@ -1,6 +1,7 @@
 """What each part of the take's regression is worth: errors with it switched off."""
 
 from contextlib import contextmanager
+from dataclasses import replace
 from unittest import mock
 
 import numpy as np
@@ -8,14 +9,13 @@ import numpy as np
 from gaps.errors import YARDSTICK, Errors, compared, judged, words
 from handclean.gaps.regression import covariance, features, fill, process
 
+_scales_of = process.scales_of
 OFF = {
     "full": {},
     "local slope off": {"LOCAL_SLOPE": 0.0},
-    "posture off": {"POSTURE": 0.0},
-    "posture x time off": {"POSTURE_TIME": 0.0},
-    "both posture terms off": {"POSTURE": 0.0, "POSTURE_TIME": 0.0},
-    "time off": {"TIME": 0.0},
-    "all residual terms off": {"POSTURE": 0.0, "POSTURE_TIME": 0.0, "TIME": 0.0},
+    "residual off": {"RESIDUAL": 0.0},
+    "residual not of posture": {},
+    "residual not of time": {"RESIDUAL_REACH": 1e9},
     "bands off": {},
     "weights off": {},
     "size of residuals not fitted": {},
@@ -29,6 +29,12 @@ def without(name):
     with mock.patch.multiple(covariance, **OFF[name]) if OFF[name] else _nothing():
         if name == "bands off":
             with mock.patch.object(process, "rows_at", _one_band):
+                yield
+        elif name == "residual not of posture":
+            with (
+                mock.patch.object(process, "scales_of", _one_posture),
+                mock.patch.object(fill, "scales_of", _one_posture),
+            ):
                 yield
         elif name == "size of residuals not fitted":
             with mock.patch.object(process, "RESIDUALS", (1.0,)):
@@ -46,6 +52,12 @@ def without(name):
 @contextmanager
 def _nothing():
     yield
+
+
+def _one_posture(window, residual=1.0):
+    """All postures are alike."""
+    scales = _scales_of(window, residual)
+    return replace(scales, posture=np.zeros_like(scales.posture))
 
 
 def _one_band(window, scales, at, clock):
