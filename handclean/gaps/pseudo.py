@@ -18,8 +18,7 @@ LENGTHS_S = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0)
 """[s] gaps count as of the nearest of these lengths, by ratio."""
 
 PER_KIND, FEWEST = 24, 8
-"""Pseudo-gaps of a kind at most and at least; twice as many as it has gaps between
-(chosen)."""
+"""Pseudo-gaps of a kind, at most and at least; between, as many as gaps (chosen)."""
 
 HIDDEN_SHARE = 0.5
 """A marker missing in more of a gap than this is hidden in its pseudo-gaps."""
@@ -108,7 +107,7 @@ def draw(
     for kind in sorted(of_kind):
         own = of_kind[kind]
         kept = {}
-        count = min(max(2 * len(own), FEWEST), per_kind)
+        count = min(max(len(own), FEWEST), per_kind)
         for i in range(count):
             gap = own[i * len(own) // count]
             one = _like(tracks, gap, starts, (i + 0.5) * GOLDEN % 1.0)

@@ -71,7 +71,9 @@ def covariance(left: Rows, right: Rows, scale: Scale, *, lower: bool = False) ->
     ----------
     lower : whether only the lower triangle is needed; the rest is not covariance then.
     """
-    slow = (left.slow - scale.centre) @ (right.slow - scale.centre).T
+    from_centre = left.slow - scale.centre
+    other = from_centre if right is left else right.slow - scale.centre
+    slow = from_centre @ other.T
     out = left.quick @ right.quick.T
     furthest = max(left.frame.max(), right.frame.max())
     apart = scale.clock * np.arange(furthest + 1)

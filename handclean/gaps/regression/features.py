@@ -25,8 +25,9 @@ less noise. A mean helps where markers are noisy one by one (1 mm: ratio to the 
 0.73 instead of 0.79), none where all of them shake together, as points of a solved body
 do (0.75 instead of 1.51)."""
 
-ROWS_OF_DISTANCE = 2000
-"""Rows that distances between markers are taken from, about (chosen)."""
+ROWS_OF_DISTANCE, ROWS_OF_IMPUTING = 2000, 300
+"""Rows that distances between markers, and rules of imputing, are taken from, about
+(chosen)."""
 
 SHRINK = 0.002
 """Of a feature's variance, added when markers missing for a while are imputed."""
@@ -119,12 +120,14 @@ class Seen:
     features : (V,) the markers that tell of it.
     always : (A,) those of them that are seen in every row that counts; the others are
         imputed from these where they are missing.
+    weight : (V,) how near-rigid with the hidden marker each is, see `rigidity`.
     rows : of the take.
     """
 
     column: int
     features: Ints
     always: Ints
+    weight: Floats
     rows: slice
 
 
@@ -139,8 +142,6 @@ def look(tracks: Tracks, seen: Seen, smoothing: float | None = None) -> Window:
         found = [look(tracks, seen, one) for one in SMOOTHINGS]
         return min(found, key=lambda window: window.noise)
     positions = tracks.positions[seen.rows]
-    step = max(1, len(positions) // ROWS_OF_DISTANCE)
-    weight = rigidity(positions[::step], seen.column, seen.features)
     points = np.ascontiguousarray(positions[:, seen.features])
     index = np.flatnonzero(np.isin(seen.features, seen.always))
     there = tracks.seen[seen.rows]
@@ -149,7 +150,7 @@ def look(tracks: Tracks, seen: Seen, smoothing: float | None = None) -> Window:
     if smoothing > 0.0:
         smooth = np.empty(points.shape)
         smooth_present(points, gaussian(smoothing * tracks.rate / 120.0), smooth)
-    turn, shift = _body(smooth, weight, whole)
+    turn, shift = _body(smooth, seen.weight, whole)
     body, target = np.empty(smooth.shape), np.empty((len(points), 1, 3))
     to_body(smooth, turn, shift, body)
     hidden = np.ascontiguousarray(positions[:, [seen.column]])
@@ -159,7 +160,7 @@ def look(tracks: Tracks, seen: Seen, smoothing: float | None = None) -> Window:
     return Window(
         first=seen.rows.start,
         features=values - values[known].mean(axis=0),
-        weight=np.repeat(weight, 3),
+        weight=np.repeat(seen.weight, 3),
         target=target[:, 0],
         known=known,
         turn=turn,
@@ -216,7 +217,7 @@ def impute(body: Floats, always: Ints, whole: Bools) -> Floats:
         if not wanted.any():
             continue
         learn = np.flatnonzero(whole & there)
-        learn = learn[:: max(1, len(learn) // 1000)]
+        learn = learn[:: max(1, len(learn) // ROWS_OF_IMPUTING)]
         x, y = predictors[learn], body[learn, m]
         centre, mean = x.mean(axis=0), y.mean(axis=0)
         x = x - centre

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from handclean.arrays import Bools, Ints
+from handclean.arrays import Bools, Floats, Ints
 from handclean.gaps.pseudo import PseudoGap
 from handclean.gaps.regression.features import (
     ROWS_OF_DISTANCE,
@@ -71,7 +71,7 @@ class Regression:
     windows: "OrderedDict[_Key, tuple[Window, Scales]]" = field(
         default_factory=OrderedDict
     )
-    ranks: dict[int, Ints] = field(default_factory=dict)
+    weights: dict[int, Floats] = field(default_factory=dict)
     smoothings: dict[int, float] = field(default_factory=dict)
     residuals: dict[int, float] = field(default_factory=dict)
 
@@ -112,7 +112,8 @@ class Regression:
         share[gap.column] = 0.0
         inside = self.tracks.seen[gap.start : gap.stop].mean(axis=0)
         tells = (share > 0.0) & (inside >= LEAST_SEEN)
-        near = [m for m in self._by_rigidity(gap.column) if tells[m]][:MOST_FEATURES]
+        order = np.argsort(-self._rigidity(gap.column), kind="stable")
+        near = order[tells[order]][:MOST_FEATURES]
         features = np.isin(np.arange(len(tells)), near)
         always = features & (share == 1.0)
         if np.count_nonzero(always) < FEWEST_OTHERS:
@@ -134,14 +135,16 @@ class Regression:
         features[kept] = True
         return kept, np.flatnonzero(features)
 
-    def _by_rigidity(self, column: int) -> Ints:
-        """(M - 1,) other markers, those most nearly rigid with a marker first."""
-        if column not in self.ranks:
-            others = np.delete(np.arange(self.tracks.seen.shape[1]), column)
+    def _rigidity(self, column: int) -> Floats:
+        """(M,) how near-rigid with a marker each marker is; 0 itself."""
+        if column not in self.weights:
+            weight = np.zeros(self.tracks.seen.shape[1])
+            others = np.delete(np.arange(len(weight)), column)
             step = max(1, len(self.tracks.seen) // ROWS_OF_DISTANCE)
-            weight = rigidity(self.tracks.positions[::step], column, others)
-            self.ranks[column] = others[np.argsort(-weight, kind="stable")]
-        return self.ranks[column]
+            near = rigidity(self.tracks.positions[::step], column, others)
+            weight[others] = near
+            self.weights[column] = weight
+        return self.weights[column]
 
     def _window(self, gap: Gap, always: Ints, features: Ints) -> tuple[Window, Scales]:
         size = round(BLOCK * self.tracks.rate / 120.0)
@@ -151,7 +154,14 @@ class Regression:
             self.windows.move_to_end(key)
             return self.windows[key]
         rows = self._rows(blocks, size, np.append(always, gap.column))
-        seen = Seen(column=gap.column, features=features, always=always, rows=rows)
+        weight = self._rigidity(gap.column)[features]
+        seen = Seen(
+            column=gap.column,
+            features=features,
+            always=always,
+            weight=weight / weight.max(),
+            rows=rows,
+        )
         if gap.column not in self.smoothings:
             self.smoothings[gap.column] = self._smoothing(gap, seen)
         window = look(self.tracks, seen, self.smoothings[gap.column])

@@ -25,10 +25,10 @@ NEAR, ALIKE, SPREAD = 40, 150, 150
 """Frames learnt from: [1/120 s] all so near to an end; how many alike in posture to
 the gap; how many spread evenly."""
 
-RESIDUALS = (1.0, 0.3, 0.1, 0.03)
+RESIDUALS = (1.0, 0.3, 0.05)
 """Factors of the residuals' variance to choose from, by their likelihood."""
 
-JUDGED = 150
+JUDGED = 120
 """Frames that the likelihood is taken of (chosen)."""
 
 AT_ONCE = 300

@@ -22,6 +22,16 @@ from handclean.kernels.body_frames import (
 from handclean.numerics.procrustes import align
 
 
+def seen_of(places, column, others):
+    return Seen(
+        column=column,
+        features=others,
+        always=others,
+        weight=rigidity(places, column, others),
+        rows=slice(0, len(places)),
+    )
+
+
 def test_frames_are_laid_as_the_slow_twin_lays_them():
     rng = np.random.default_rng(3)
     points, reference = rng.normal(size=(7, 5, 3)), rng.normal(size=(5, 3))
@@ -104,7 +114,7 @@ def test_a_window_is_the_same_wherever_the_take_is(turned):
     for places in (positions, turned(positions)):
         tracks = Tracks(positions=places, rate=120.0, bones=np.full(6, -1))
         others = np.arange(1, 6)
-        seen = Seen(column=0, features=others, always=others, rows=slice(0, 300))
+        seen = seen_of(places, 0, others)
         windows.append(look(tracks, seen))
     one, other = windows
     size = [np.linalg.norm(w.features, axis=1) for w in windows]
@@ -118,5 +128,5 @@ def test_what_shakes_together_is_not_smoothed(bending, together, smoothing):
     shaking = rng.normal(scale=1e-3, size=(2400, 1 if together else 8, 3))
     tracks = Tracks(positions=bending + shaking, rate=120.0, bones=np.full(8, -1))
     others = np.arange(8)[:7]
-    seen = Seen(column=7, features=others, always=others, rows=slice(0, 2400))
+    seen = seen_of(tracks.positions, 7, others)
     assert look(tracks, seen).smoothing == smoothing
