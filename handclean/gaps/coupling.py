@@ -16,7 +16,7 @@ Measured (tests/bench/bench_gaps.py): no gain in gaps under 0.25 s; in gaps of 0
 1 s up to a quarter less error on two real recordings, but now and then up to a sixth
 more, there and in simulation, and more where there are so few markers that the joints
 which are known are hardly so. It gains more, where gaps are long, than it loses where
-they are short: hence it is the default.
+they are short: hence the method ``auto`` follows it where it asks the posture.
 """
 
 from dataclasses import dataclass
