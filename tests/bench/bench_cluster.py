@@ -34,7 +34,7 @@ INSPECT = ("inspect", "--json", "--manifest")
 SUBJECT = ROOT / "sample_sessions" / "S01.subject.h5"
 TAKES = counted("takes", 10000, quick=200, tiny=24)
 FEWER = counted("takes by one process, and while memory is looked at", 1000, 100, 24)
-CLEANED = counted("takes that are cleaned", 1000, quick=20, tiny=4)
+CLEANED = counted("takes that are cleaned", 200, quick=20, tiny=4)
 KILLED = counted("takes of a run with a kill", 1000, quick=100, tiny=24)
 WORKERS = (1, 2, 4)
 WITH_SEVERAL = 2
