@@ -28,7 +28,7 @@ from handclean.gaps.evaluate import (
     methods_to_judge,
     named,
 )
-from handclean.gaps.fill import hands_of, tracks_of
+from handclean.gaps.fill import hands_of, names_of, tracks_of
 from handclean.gaps.hand import HandOfTake
 from handclean.gaps.measured import clean_measured
 from handclean.gaps.scores import cells_of, score, winner
@@ -102,15 +102,13 @@ def _found(
             "be above 0",
             where=TAKE,
         )
-    assert recording.markers is not None
-    labels = recording.markers.labels
     methods = methods_to_judge(
         settings.method, hands=bool(subjects), causal=settings.fill.causal
     )
     tracks, most_rounds = tracks_of(recording, subjects), MOST_ROUNDS
     if _is_followed(methods, subjects, settings):
         tracks, most_rounds = beginning(tracks, MOST_FOLLOWED), ROUNDS_FOLLOWED
-    limbs = limbs_of(labels, subjects)
+    limbs = limbs_of(names_of(recording), subjects)
     rounds = plan_cuts(tracks, limbs, most_rounds=most_rounds)
     if not rounds:
         raise HandcleanError(
@@ -126,7 +124,7 @@ def _found(
     max_sigma_m = settings.fill.max_sigma_m
     found = Found(
         judgement=judgement,
-        labels=labels,
+        labels=names_of(recording),
         frames=len(tracks.seen),
         overall={name: score(judgement, name, max_sigma_m) for name in fillers},
         by_cell={

@@ -38,6 +38,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, expect_shape
+from handclean.gaps.noise import noise_of
 
 LONGEST_SPIKE_FRAMES = 3
 """Frames in a row that may be one spike (chosen; the middle of the bridge over three
@@ -68,14 +69,8 @@ SHARED_SHARE = 0.4
 """[-] share of a spike from which on another marker moves along (chosen: the next one
 down a finger goes half as far as its tip)."""
 
-MIN_DIFFERENCES = 20
-"""Third differences that tell a marker's noise; of fewer nothing is judged (chosen)."""
-
 _SUPPORT = 2
 """Measured frames on each side of a block."""
-
-_NORMAL_MEDIAN = 0.6745
-"""[-] median of the magnitude of a standard normal number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,22 +107,6 @@ def despike(positions: Floats, seen: Bools, rate_hz: float) -> Despiked:
                 cleaned[rows, m] = block.bridge[block.beyond]
                 spikes[rows, m] = True
     return Despiked(positions=cleaned, spikes=spikes)
-
-
-def noise_of(path: Floats) -> float:
-    """[m] standard deviation of one marker's noise, per axis, by third differences.
-
-    NaN where fewer than `MIN_DIFFERENCES` are known.
-
-    Parameters
-    ----------
-    path : (T, 3) [m], NaN where it is not measured.
-    """
-    third = np.diff(path, n=3, axis=0)
-    known = np.abs(third[np.isfinite(third).all(axis=1)])
-    if len(known) < MIN_DIFFERENCES:
-        return float("nan")
-    return float(np.median(known) / _NORMAL_MEDIAN / np.sqrt(20.0))
 
 
 @dataclass(frozen=True, kw_only=True)

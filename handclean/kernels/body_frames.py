@@ -40,18 +40,6 @@ def lay_frames(
 
 
 @jit
-def to_body(points: Floats, turn: Floats, shift: Floats, out: Floats) -> None:
-    """Write ``turn @ p + shift`` of the points (T, N, 3) of each frame."""
-    for t in range(points.shape[0]):
-        for m in range(points.shape[1]):
-            for i in range(3):
-                total = shift[t, i]
-                for j in range(3):
-                    total += turn[t, i, j] * points[t, m, j]
-                out[t, m, i] = total
-
-
-@jit
 def weighted_means(series: Floats, rows: Ints, taps: Floats, out: Floats) -> None:
     """Write means of rows around given rows of (T, C) series.
 

@@ -101,7 +101,10 @@ def cluster(workers, folder):
     def dask(*words):
         process = subprocess.Popen(
             [sys.executable, "-m", "dask", *words, "--no-dashboard"],
-            env=environment(DASK_TEMPORARY_DIRECTORY=str(folder)),
+            env=environment(
+                DASK_TEMPORARY_DIRECTORY=str(folder),
+                DASK_DISTRIBUTED__ADMIN__LOW_LEVEL_LOG_LENGTH=str(100 * TAKES),
+            ),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,

@@ -184,3 +184,32 @@ def test_a_plot_without_evaluating_is_wrong(takes, capfd):
     words = ["fill-gaps", str(takes / "a.h5"), "-o", "x.h5", "--plot", "x.png"]
     assert frame.main(words) == 2
     assert "--plot: is for --evaluate" in capfd.readouterr().err
+
+
+def test_columns_without_a_name_are_not_judged_nor_shift_the_names(run, tmp_path):
+    take = waving(240, 0)
+    loose = np.ones((240, 1, 3))
+    loose[::2] += 0.1
+    places = np.concatenate([loose, take.markers.positions], axis=1)
+    labels = ("*1", *take.markers.labels)
+    files.write(
+        tmp_path / "loose.h5",
+        Recording(rate=60.0, frames=240, markers=trajectories(places, labels)),
+    )
+    words = ["--method", "linear", "-o", "judged/", "--marker-set", "dfki13"]
+    assert run("loose.h5", *words)[0] == 0
+    with (tmp_path / "judged/evaluation.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    fingers = [row["markers"].split() for row in rows if row["pattern"] == "finger"]
+    assert fingers
+    for names in fingers:
+        assert len({name.split("_")[0] for name in names}) == 1
+    assert not any("*1" in row["markers"] for row in rows)
+
+
+def test_a_take_without_a_name_is_one_line(run, tmp_path):
+    loose = trajectories(np.ones((240, 1, 3)), ("*1",))
+    files.write(tmp_path / "loose.h5", Recording(rate=60.0, frames=240, markers=loose))
+    status, _, err = run("loose.h5")
+    assert status == 1
+    assert "no labelled markers" in err

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from handclean.gaps import despike as module
-from handclean.gaps.despike import despike, noise_of
+from handclean.gaps.despike import despike
+from handclean.gaps.noise import MIN_DIFFERENCES, noise_of
 from handclean.io import files
 
 RATE = 100.0
@@ -143,10 +144,10 @@ def test_numbers_that_were_rounded_are_no_spikes(rng):
 
 def test_a_marker_of_which_too_little_is_known_is_left(rng):
     seen = ALL.copy()
-    seen[module.MIN_DIFFERENCES + 2 :] = False
+    seen[MIN_DIFFERENCES + 2 :] = False
     path = thrown(slow(rng), 10, 1)
     assert not despike(path, seen, RATE).spikes.any()
-    seen[module.MIN_DIFFERENCES + 2] = True
+    seen[MIN_DIFFERENCES + 2] = True
     assert despike(path, seen, RATE).spikes.sum() == 1
 
 

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
-from handclean.gaps.family.body import Motion, motion_onto
+from handclean.gaps.body import Motion, motion_onto
 from handclean.gaps.family.donors import Group, expect_width, spread_evenly
 from handclean.gaps.family.ends import frames_of, root_mean_square
 from handclean.gaps.family.learnt import prepare_learnt

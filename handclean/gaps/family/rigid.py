@@ -7,7 +7,7 @@ from either end; from one to the other end the two paths blend.
 import numpy as np
 
 from handclean.arrays import Floats, Ints
-from handclean.gaps.family.body import motion_onto
+from handclean.gaps.body import motion_onto
 from handclean.gaps.family.donors import LEAST_MARKERS, expect_width
 from handclean.gaps.family.ends import away, expect_an_end, shares, with_floor
 from handclean.gaps.runs import Gap

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from handclean.arrays import Floats, Ints
-from handclean.gaps.family.body import motion_onto
+from handclean.gaps.body import motion_onto
 from handclean.gaps.family.donors import Group, expect_width, spread_evenly
 from handclean.gaps.family.ends import frames_of, root_mean_square
 from handclean.gaps.family.learnt import prepare_learnt

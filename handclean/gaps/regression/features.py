@@ -15,8 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints, runs
+from handclean.gaps.body import Motion, motion_onto
+from handclean.gaps.noise import noise_of
+from handclean.gaps.regression.covariance import CLOCK_HZ
 from handclean.gaps.tracks import Tracks
-from handclean.kernels.body_frames import lay_frames, smooth_present, to_body
+from handclean.kernels.body_frames import smooth_present
 
 SMOOTHINGS = (1.0, 0.0)
 """[1/120 s] standard deviation of the mean in time that takes the noise of features
@@ -44,8 +47,9 @@ class Window:
     weight : (P,) how near-rigid with the hidden marker each is, at most 1.
     target : (W, 3) [m] the hidden marker, NaN where not measured.
     known : (W,) rows that can be learnt from.
-    turn, shift : (W, 3, 3), (W, 3) [m] from the laboratory to the body.
-    noise : [m^2] variance of the hidden marker's noise per axis.
+    motion : from the laboratory to the body.
+    noise : [m^2] variance of the hidden marker's noise per axis; 0 where it is not
+        known.
     smoothing : [1/120 s] one of `SMOOTHINGS`.
     """
 
@@ -54,8 +58,7 @@ class Window:
     weight: Floats
     target: Floats
     known: Bools
-    turn: Floats
-    shift: Floats
+    motion: Motion
     noise: float
     smoothing: float
 
@@ -94,20 +97,6 @@ def _variance(values: Floats) -> Floats:
     mean = known.sum(axis=0) / np.maximum(count, 1)
     square = np.where(there, (values - mean) ** 2, 0.0).sum(axis=0)
     return np.asarray(np.where(count > 1, square / np.maximum(count, 1), np.nan))
-
-
-def noise_variance(series: Floats, known: Bools) -> float:
-    """[m^2] variance of noise per axis: from third differences of (T, 3) samples.
-
-    A robust spread of the differences (median absolute value over 0.6745), whose
-    variance is 20 times that of the noise; the median of the three axes.
-    """
-    whole = known[3:] & known[2:-1] & known[1:-2] & known[:-3]
-    third = np.diff(series, 3, axis=0)[whole]
-    if len(third) == 0:
-        return 0.0
-    spread = np.median(np.abs(third), axis=0) / 0.6745
-    return float(np.median(spread) ** 2 / 20.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,29 +138,28 @@ def look(tracks: Tracks, seen: Seen, smoothing: float | None = None) -> Window:
     smooth = points
     if smoothing > 0.0:
         smooth = np.empty(points.shape)
-        smooth_present(points, gaussian(smoothing * tracks.rate / 120.0), smooth)
-    turn, shift = _body(smooth, seen.weight, whole)
-    body, target = np.empty(smooth.shape), np.empty((len(points), 1, 3))
-    to_body(smooth, turn, shift, body)
-    hidden = np.ascontiguousarray(positions[:, [seen.column]])
-    to_body(hidden, turn, shift, target)
+        taps = gaussian(smoothing * tracks.rate / CLOCK_HZ)
+        smooth_present(points, taps, smooth)
+    motion = _body(smooth, seen.weight, whole)
+    body = motion.to_body(smooth)
+    target = motion.to_body(positions[:, [seen.column]])[:, 0]
     known = there[:, seen.column] & whole
     values = without_holes(impute(body, index, whole).reshape(len(body), -1))
     return Window(
         first=seen.rows.start,
         features=values - values[known].mean(axis=0),
         weight=np.repeat(seen.weight, 3),
-        target=target[:, 0],
+        target=target,
         known=known,
-        turn=turn,
-        shift=shift,
-        noise=noise_variance(target[:, 0], known),
+        motion=motion,
+        noise=float(np.nan_to_num(noise_of(np.where(known[:, None], target, np.nan))))
+        ** 2,
         smoothing=smoothing,
     )
 
 
-def _body(points: Floats, weight: Floats, whole: Bools) -> tuple[Floats, Floats]:
-    """(W, 3, 3), (W, 3) [m] motions that lay each frame onto one with most features.
+def _body(points: Floats, weight: Floats, whole: Bools) -> Motion:
+    """Find the motions that lay each frame onto one with most features.
 
     Parameters
     ----------
@@ -183,10 +171,8 @@ def _body(points: Floats, weight: Floats, whole: Bools) -> tuple[Floats, Floats]
     if not known.all():
         reference = points[np.argmax(whole)]
         known = np.isfinite(reference).all(axis=1)
-    turn, shift = np.empty((len(points), 3, 3)), np.empty((len(points), 3))
     rest = np.where(known[:, None], reference, 0.0)
-    lay_frames(points, rest, np.where(known, weight**2, 0.0), turn, shift)
-    return turn, shift
+    return motion_onto(points, rest, np.where(known, weight**2, 0.0))
 
 
 def without_holes(values: Floats) -> Floats:

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from handclean.arrays import Bools, Floats, Ints
+from handclean.gaps.body import Motion
 from handclean.gaps.pseudo import PseudoGap
+from handclean.gaps.regression.covariance import CLOCK_HZ
 from handclean.gaps.regression.features import (
     ROWS_OF_DISTANCE,
     Seen,
@@ -53,6 +55,9 @@ TOO_FEW = "seen with the other markers in too few frames"
 LEAST_SEEN = 0.5
 """Share of a gap in which a feature should be seen; it is imputed in the rest."""
 
+LEAST_USUAL = 0.2
+"""Share of the frames that show a marker in which a feature should be seen (chosen)."""
+
 WINDOWS_KEPT = 8
 
 
@@ -72,6 +77,7 @@ class Regression:
         default_factory=OrderedDict
     )
     weights: dict[int, Floats] = field(default_factory=dict)
+    shown: dict[int, tuple[Bools, int]] = field(default_factory=dict)
     smoothings: dict[int, float] = field(default_factory=dict)
     residuals: dict[int, float] = field(default_factory=dict)
 
@@ -100,9 +106,8 @@ class Regression:
         if np.count_nonzero(known) < FEWEST_ROWS:
             raise Refused(TOO_FEW)
         found = guess(window, scales, inside, known, tracks.rate)
-        turn, shift = window.turn[inside], window.shift[inside]
-        places = np.einsum("tij,ti->tj", turn, found.places - shift)
-        return Path(places, found.deviation)
+        motion = Motion(window.motion.turn[inside], window.motion.shift[inside])
+        return Path(motion.to_laboratory(found.places), found.deviation)
 
     def _features(self, gap: Gap, hidden: Bools) -> tuple[Ints, Ints]:
         """Markers seen throughout, and those with such that are seen mostly."""
@@ -118,22 +123,28 @@ class Regression:
         always = features & (share == 1.0)
         if np.count_nonzero(always) < FEWEST_OTHERS:
             raise Refused("fewer than three other markers are seen throughout")
-        seen = self.tracks.seen
-        mine = seen[:, gap.column]
+        shown, every = self._shown(gap.column)
         kept = np.flatnonzero(always)
         while True:
-            both = seen[mine][:, kept]
+            both = shown[:, kept]
             whole = np.count_nonzero(both.all(axis=1))
             if whole >= 0.5 * len(both) or len(kept) == FEWEST_OTHERS:
                 break
             missing = np.count_nonzero(~both, axis=0)
             kept = np.delete(kept, int(np.argmax(missing)))
-        if whole < FEWEST_ROWS:
+        if every * whole < FEWEST_ROWS:
             raise Refused(TOO_FEW)
-        usual = seen[mine].mean(axis=0) > 0.2
-        features &= usual
+        features &= shown.mean(axis=0) > LEAST_USUAL
         features[kept] = True
         return kept, np.flatnonzero(features)
+
+    def _shown(self, column: int) -> tuple[Bools, int]:
+        """(N, M) markers seen in each n-th frame that shows a marker, and n."""
+        if column not in self.shown:
+            mine = np.flatnonzero(self.tracks.seen[:, column])
+            every = max(1, len(mine) // ROWS_OF_DISTANCE)
+            self.shown[column] = self.tracks.seen[mine[::every]], every
+        return self.shown[column]
 
     def _rigidity(self, column: int) -> Floats:
         """(M,) how near-rigid with a marker each marker is; 0 itself."""
@@ -147,7 +158,7 @@ class Regression:
         return self.weights[column]
 
     def _window(self, gap: Gap, always: Ints, features: Ints) -> tuple[Window, Scales]:
-        size = round(BLOCK * self.tracks.rate / 120.0)
+        size = round(BLOCK * self.tracks.rate / CLOCK_HZ)
         blocks = gap.start // size, (gap.stop - 1) // size + 1
         key = gap.column, blocks, always.tobytes(), features.tobytes()
         if key in self.windows:

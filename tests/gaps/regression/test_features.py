@@ -4,21 +4,16 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
+from handclean.gaps.body import motion_onto
 from handclean.gaps.regression.features import (
     Seen,
     gaussian,
     impute,
     look,
-    noise_variance,
     rigidity,
 )
 from handclean.gaps.tracks import Tracks
-from handclean.kernels.body_frames import (
-    lay_frames,
-    smooth_present,
-    to_body,
-    weighted_means,
-)
+from handclean.kernels.body_frames import smooth_present, weighted_means
 from handclean.numerics.procrustes import align
 
 
@@ -38,16 +33,14 @@ def test_frames_are_laid_as_the_slow_twin_lays_them():
     weight = rng.uniform(0.1, 1.0, 5)
     points[2, 1] = np.nan
     points[4] = np.nan
-    turn, shift = np.empty((7, 3, 3)), np.empty((7, 3))
-    lay_frames(points, reference, weight, turn, shift)
-    body = np.empty(points.shape)
-    to_body(points, turn, shift, body)
+    motion = motion_onto(points, reference, weight)
+    body = motion.to_body(points)
     for t in (0, 1, 2, 3, 5, 6):
         there = np.isfinite(points[t, :, 0])
         found = align(points[t], reference, np.where(there, weight, 0.0))
-        np.testing.assert_allclose(turn[t], found.rotation, atol=1e-9)
+        np.testing.assert_allclose(motion.turn[t], found.rotation, atol=1e-9)
         np.testing.assert_allclose(body[t, there], found.apply(points[t, there]))
-    assert np.isnan(shift[4]).all()
+    assert np.isnan(motion.shift[4]).all()
 
 
 def test_means_in_time_are_scipys():
@@ -77,15 +70,6 @@ def test_near_rigid_markers_count_most():
     weight = rigidity(positions, 0, np.array([1, 2]))
     assert weight[0] == 1.0
     assert 1e-3 / 1.001 <= weight[1] < 0.1
-
-
-def test_noise_is_measured():
-    rng = np.random.default_rng(6)
-    smooth = 0.05 * np.sin(np.linspace(0.0, 20.0, 5000))[:, None] * np.ones(3)
-    noisy = smooth + rng.normal(scale=3e-4, size=(5000, 3))
-    known = np.ones(5000, dtype=bool)
-    assert noise_variance(noisy, known) ** 0.5 == pytest.approx(3e-4, rel=0.05)
-    assert noise_variance(noisy, np.zeros(5000, dtype=bool)) == 0.0
 
 
 def test_what_is_missing_for_a_while_is_guessed_and_meets_its_ends():

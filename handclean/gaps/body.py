@@ -32,17 +32,21 @@ class Motion(NamedTuple):
         return np.asarray(back[:, 0])
 
 
-def motion_onto(points: Floats, reference: Floats) -> Motion:
+def motion_onto(
+    points: Floats, reference: Floats, weight: Floats | None = None
+) -> Motion:
     """Find what lays the points of each frame onto a reference.
 
     Parameters
     ----------
-    points : (N, P, 3) [m]; reference : (P, 3) [m]
+    points : (N, P, 3) [m], NaN where missing; reference : (P, 3) [m]
+    weight : (P,) of the points; all alike by default.
     """
     turn, shift = (
         np.full((len(points), 3, 3), np.nan),
         np.full((len(points), 3), np.nan),
     )
     here, there = np.ascontiguousarray(points), np.ascontiguousarray(reference)
-    lay_frames(here, there, np.ones(len(reference)), turn, shift)
+    weight = np.ones(len(reference)) if weight is None else weight
+    lay_frames(here, there, weight, turn, shift)
     return Motion(turn=turn, shift=shift)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from handclean.gaps.family.body import motion_onto
+from handclean.gaps.body import motion_onto
 from handclean.numerics.procrustes import align
 
 
