@@ -126,6 +126,7 @@ def _found(
         judgement=judgement,
         labels=names_of(recording),
         frames=len(tracks.seen),
+        numbering=recording.numbering,
         overall={name: score(judgement, name, max_sigma_m) for name in fillers},
         by_cell={
             cell: {

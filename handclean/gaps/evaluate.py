@@ -47,7 +47,7 @@ class Judged:
     Attributes
     ----------
     mean_m, last_m : [m] mean distance over the gap and on its last frame, of all its
-        markers; NaN where it is refused.
+        markers, where these were measured; NaN where it is refused.
     expected_m : [m] root mean square sigma.
     within, within_q95 : share of errors per axis within sigma, within q95 sigmas.
     by : the source that filled it.
@@ -184,15 +184,17 @@ def _judged(
     for part, one in zip(cut.parts, found, strict=True):
         assert one.path is not None
         errors = pseudo.errors(tracks, part, one.path)
+        measured = np.isfinite(errors[:, 0])
+        errors = errors[measured]
         distances.append(np.linalg.norm(errors, axis=1))
-        ratio = np.abs(errors) / one.path.spread[:, None]
+        ratio = np.abs(errors) / one.path.spread[measured, None]
         within.append(np.mean(ratio <= 1.0))
         beyond.append(np.mean(ratio <= one.q95))
         square.append(one.expected_m**2)
     return Judged(
         cut=cut,
         filler=filler,
-        mean_m=float(np.mean(distances)),
+        mean_m=float(np.mean(np.concatenate(distances))),
         last_m=float(np.mean([part[-1] for part in distances])),
         expected_m=float(np.sqrt(np.mean(square))),
         within=float(np.mean(within)),

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -213,3 +214,20 @@ def test_a_take_without_a_name_is_one_line(run, tmp_path):
     status, _, err = run("loose.h5")
     assert status == 1
     assert "no labelled markers" in err
+
+
+def test_frames_are_those_of_the_file(run, tmp_path):
+    take = waving(240, 0)
+    rows = []
+    for first in (1, 501):
+        numbered = replace(take, first_frame=first)
+        files.write(tmp_path / f"{first}.h5", numbered)
+        assert run(f"{first}.h5", "--method", "linear", "-o", f"at{first}/")[0] == 0
+        with (tmp_path / f"at{first}/evaluation.csv").open() as file:
+            rows.append(list(csv.DictReader(file)))
+    for one, other in zip(*rows, strict=True):
+        frames = int(one["last_frame"]) - int(one["first_frame"]) + 1
+        assert frames == round(60.0 * float(one["length_s"])) or one["pattern"] == "own"
+        for name in ("first_frame", "last_frame"):
+            assert int(other[name]) == int(one[name]) + 500
+    assert min(int(row["first_frame"]) for row in rows[0]) >= 2

@@ -289,3 +289,30 @@ def test_a_hand_is_solved_only_where_the_take_is_not_enough(scenes, rng, monkeyp
             rows = slice(one.gap.start, one.gap.stop)
             filled = usual.markers.positions[rows, one.gap.column]
             np.testing.assert_array_equal(filled, one.path.places)
+
+
+def test_a_marker_measured_in_parts_is_judged_where_it_was_measured():
+    """Its own gaps are imitated where it is seen for a part of them only."""
+    parts = [(1, start, start + 30) for start in range(0, 1500, 50)]
+    tracks = take(gaps=[*parts, (1, 600, 700)])
+    cuts = [
+        cut
+        for cut in cuts_of(plan_cuts(tracks))
+        if cut.pattern == OWN
+        and not tracks.seen[cut.start : cut.stop, cut.columns[0]].all()
+    ]
+    assert cuts
+
+    def prepare(given):
+        def fill(gap):
+            truth = tracks.positions[gap.start : gap.stop, gap.column]
+            off = np.where(np.isfinite(truth), truth, 9.0) + np.array([0.003, 0, 0])
+            return Path(off, np.full(gap.frames, 0.001))
+
+        return fill
+
+    judged = judge(tracks, [[cut] for cut in cuts], {"mine": of(prepare)})
+    for row in judged.rows:
+        assert row.mean_m == pytest.approx(0.003)
+        assert row.last_m == pytest.approx(0.003)
+        assert row.within >= 2.0 / 3.0

@@ -8,6 +8,7 @@ from typing import Any
 
 from handclean.gaps.evaluate import YARDSTICK, Judgement
 from handclean.gaps.scores import Against, Cell, Interval, Score, winner
+from handclean.recording import Numbering
 
 PAVLLO = {"last": "LK", "average": "MA", "affine": "AC"}
 """Baselines of Pavllo et al. 2019, table 3, by the names they have here."""
@@ -41,12 +42,14 @@ class Found:
     Attributes
     ----------
     labels : the take's markers; frames : how many of its frames were looked at.
+    numbering : how its source numbers them.
     overall : by filler; by_cell : by cell and filler.
     """
 
     judgement: Judgement
     labels: Sequence[str]
     frames: int
+    numbering: Numbering
     overall: Mapping[str, Score]
     by_cell: Mapping[Cell, Mapping[str, Score]]
 
@@ -255,8 +258,7 @@ def _csv_rows(found: Found) -> Iterable[tuple[object, ...]]:
             row.cut.pattern,
             row.cut.length_s,
             " ".join(found.labels[column] for column in row.cut.columns),
-            gap.start,
-            gap.stop - 1,
+            *found.numbering.span(gap.start, gap.stop),
             row.filler,
             row.by,
             *("" if row.refused else f"{value:.6g}" for value in numbers),
